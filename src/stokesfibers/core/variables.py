@@ -130,9 +130,7 @@ register(Variable("order", "numerics", ("step",), "1", "k", "order of the step",
 register(
     Variable("rejected", "numerics", ("step",), "1", "n_r", "rejected tries of the step", "int64")
 )
-register(
-    Variable("iterations", "numerics", ("step",), "1", "n_i", "tension iterations", "int64")
-)
+register(Variable("iterations", "numerics", ("step",), "1", "n_i", "tension iterations", "int64"))
 register(
     Variable("wall_time", "numerics", ("step", "stage"), "seconds", "t_w", "wall time by stage")
 )

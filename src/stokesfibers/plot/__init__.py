@@ -1,1 +1,40 @@
+"""Figures of a stored run, from its dataset alone: no solver is needed to draw.
 
+Every function takes the run as an `xarray.DataTree` and returns the axes it drew on; ``ax.figure``
+is the figure, `save` writes it to a file. matplotlib is imported when the first figure is drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from stokesfibers.plot.health import health
+from stokesfibers.plot.series import energy, series, stress
+from stokesfibers.plot.shapes import shape_panels, shapes
+from stokesfibers.plot.style import new_axes, save, style
+from stokesfibers.plot.tension import tension
+
+KINDS: dict[str, Callable[..., Any]] = {
+    "shapes": shapes,
+    "panels": shape_panels,
+    "tension": tension,
+    "stress": stress,
+    "energy": energy,
+    "health": health,
+}
+"""Kinds of figure of the command ``plot``, each a function of the run."""
+
+__all__ = [
+    "KINDS",
+    "energy",
+    "health",
+    "new_axes",
+    "save",
+    "series",
+    "shape_panels",
+    "shapes",
+    "stress",
+    "style",
+    "tension",
+]

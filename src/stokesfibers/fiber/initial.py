@@ -1,0 +1,114 @@
+"""Initial shapes as records: what the table [initial] of a case says."""
+
+from __future__ import annotations
+
+import abc
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from stokesfibers.core import checks
+from stokesfibers.core.errors import InputError
+from stokesfibers.fiber import curves
+from stokesfibers.fiber.curves import Curve
+from stokesfibers.fiber.parameters import Fiber
+
+
+class AbstractInitial(abc.ABC):
+    """A way to lay out the fibers at time 0."""
+
+    kind: ClassVar[str]
+
+    @abc.abstractmethod
+    def curves(self, fibers: tuple[Fiber, ...]) -> tuple[Curve, ...]:
+        """Return one centreline per fiber."""
+
+
+@dataclass(frozen=True)
+class Straight(AbstractInitial):
+    """Straight fibers in the xy-plane; see `curves.straight`."""
+
+    angle: float = 0.0
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    kind: ClassVar[str] = "straight"
+
+    def __post_init__(self) -> None:
+        checks.finite("angle", self.angle)
+        object.__setattr__(self, "centre", checks.vector3("centre", self.centre))
+
+    def curves(self, fibers: tuple[Fiber, ...]) -> tuple[Curve, ...]:
+        return tuple(curves.straight(f, angle=self.angle, centre=self.centre) for f in fibers)
+
+
+@dataclass(frozen=True)
+class NearlyStraight(AbstractInitial):
+    """The paper's slightly bent shape (47); see `curves.nearly_straight`."""
+
+    angle: float = curves.PAPER_ANGLE
+    amplitude: float = -1e-4
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    kind: ClassVar[str] = "nearly_straight"
+
+    def __post_init__(self) -> None:
+        checks.finite("angle", self.angle)
+        checks.finite("amplitude", self.amplitude)
+        object.__setattr__(self, "centre", checks.vector3("centre", self.centre))
+
+    def curves(self, fibers: tuple[Fiber, ...]) -> tuple[Curve, ...]:
+        return tuple(
+            curves.nearly_straight(
+                f, angle=self.angle, amplitude=self.amplitude, centre=self.centre
+            )
+            for f in fibers
+        )
+
+
+@dataclass(frozen=True)
+class FromFile(AbstractInitial):
+    """Points from a .npy file of shape (fiber, point, 3), or (point, 3) for one fiber."""
+
+    path: str
+    kind: ClassVar[str] = "file"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.path, str):
+            raise InputError("path", "the name of a .npy file", self.path)
+
+    def curves(self, fibers: tuple[Fiber, ...]) -> tuple[Curve, ...]:
+        file = Path(self.path)
+        if not file.is_file():
+            raise InputError(
+                "initial.path",
+                "a .npy file",
+                f"'{file}', which does not exist",
+                "The path is relative to the case file.",
+            )
+        try:
+            points = np.load(file, allow_pickle=False)
+        except (OSError, ValueError, EOFError) as error:
+            raise InputError(
+                "initial.path", "a .npy file of numbers", f"'{file}' ({error})"
+            ) from None
+        return given(points, fibers, where=f"initial.path '{file}'")
+
+
+def given(
+    points: np.ndarray, fibers: tuple[Fiber, ...], *, where: str = "points"
+) -> tuple[Curve, ...]:
+    """Return the curves through `points` (fiber, point, 3), or (point, 3) for one fiber."""
+    if points.ndim == 2:
+        points = points[None]
+    if points.ndim != 3 or points.shape[0] != len(fibers) or points.shape[2] != 3:
+        expected = f"an array of shape ({len(fibers)}, point, 3)"
+        raise InputError(where, expected, f"shape {points.shape}")
+    return tuple(
+        curves.fitted(p, f, where=f"{where}, fiber {k}")
+        for k, (p, f) in enumerate(zip(points, fibers, strict=True))
+    )
+
+
+INITIALS: dict[str, type[AbstractInitial]] = {
+    i.kind: i for i in (Straight, NearlyStraight, FromFile)
+}

@@ -1,0 +1,135 @@
+"""What is measured of a moment: stress (48), elastic energy (49), orientation, length error.
+
+Each function takes a `Snapshot` and returns an array without the time axis; names, axes, units and
+symbols are in ``core/variables.py``. Stresses are per fiber and not divided by a volume.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from stokesfibers.core.arrays import Array
+from stokesfibers.observe.snapshot import Snapshot
+
+
+def fiber_stress(snapshot: Snapshot) -> Array:
+    """Return the extra stress (48) of each fiber, (fiber, 3, 3).
+
+    Sigma = int f x ds with f = -(T x_s)_s + E x_ssss, in the form got by integrating by parts
+    with the free-end conditions: int (T x_s x_s + E x_ss x_ss) ds. It is symmetric as the
+    exact stress of a torque-free fiber is, and positive along a fiber under tension.
+    """
+    values = []
+    for fiber, shape, tension in zip(
+        snapshot.fibers, snapshot.shapes, snapshot.tension, strict=True
+    ):
+        tensile = np.einsum("n,in,jn->ijn", tension, shape.xs, shape.xs)
+        bending = np.einsum("in,jn->ijn", shape.xss, shape.xss)
+        values.append(tensile + fiber.rigidity * bending)
+    return snapshot.integrate(values)
+
+
+def fiber_stress_direct(snapshot: Snapshot) -> Array:
+    """Return int f x ds exactly as (48) is printed, (fiber, 3, 3): symmetric to O(h^2) only."""
+    values = []
+    for fiber, shape, tension in zip(
+        snapshot.fibers, snapshot.shapes, snapshot.tension, strict=True
+    ):
+        force = fiber.rigidity * shape.xssss - fiber.tensile_force(shape, tension)
+        values.append(np.einsum("in,jn->ijn", force, shape.x))
+    return snapshot.integrate(values)
+
+
+def extra_stress(snapshot: Snapshot) -> Array:
+    """Return the sum of the fibers' stresses, (3, 3)."""
+    return fiber_stress(snapshot).sum(axis=0)
+
+
+def first_normal_stress_difference(snapshot: Snapshot) -> Array:
+    """Return N_1 = Sigma_11 - Sigma_22."""
+    stress = extra_stress(snapshot)
+    return stress[0, 0] - stress[1, 1]
+
+
+def second_normal_stress_difference(snapshot: Snapshot) -> Array:
+    """Return N_2 = Sigma_22 - Sigma_33."""
+    stress = extra_stress(snapshot)
+    return stress[1, 1] - stress[2, 2]
+
+
+def shear_stress(snapshot: Snapshot) -> Array:
+    """Return Sigma_12."""
+    return extra_stress(snapshot)[0, 1]
+
+
+def elastic_energy(snapshot: Snapshot) -> Array:
+    """Return the elastic energy (49) of each fiber, (fiber,): int E |x_ss|^2 / 2 ds."""
+    density = [
+        0.5 * fiber.rigidity * np.sum(shape.xss**2, axis=0)
+        for fiber, shape in zip(snapshot.fibers, snapshot.shapes, strict=True)
+    ]
+    return snapshot.integrate(density)
+
+
+def end_to_end(snapshot: Snapshot) -> Array:
+    """Return x(L) - x(0), (fiber, 3)."""
+    return np.stack([shape.x[:, -1] - shape.x[:, 0] for shape in snapshot.shapes])
+
+
+def centre(snapshot: Snapshot) -> Array:
+    """Return the mean position along each fiber, (fiber, 3)."""
+    lengths = np.array([fiber.grid.length for fiber in snapshot.fibers])
+    return snapshot.integrate([shape.x for shape in snapshot.shapes]) / lengths[:, None]
+
+
+def orientation_tensor(snapshot: Snapshot) -> Array:
+    """Return the mean over fibers of p p, p the unit end-to-end vector, (3, 3)."""
+    ends = end_to_end(snapshot)
+    size = np.linalg.norm(ends, axis=1, keepdims=True)
+    unit = ends / np.where(size > 0.0, size, 1.0)
+    return np.einsum("fi,fj->ij", unit, unit) / len(unit)
+
+
+def length_error(snapshot: Snapshot) -> Array:
+    """Return |l - L| / L of each fiber, (fiber,), with l the integral of |x_s|."""
+    found = snapshot.integrate([np.linalg.norm(s.xs, axis=0) for s in snapshot.shapes])
+    lengths = np.array([fiber.grid.length for fiber in snapshot.fibers])
+    return np.abs(found - lengths) / lengths
+
+
+def largest_curvature(snapshot: Snapshot) -> Array:
+    """Return the largest |x_ss| of each fiber, (fiber,)."""
+    return np.array([np.linalg.norm(s.xss, axis=0).max() for s in snapshot.shapes])
+
+
+def largest_tension(snapshot: Snapshot) -> Array:
+    """Return the largest |T| of each fiber, (fiber,)."""
+    return np.abs(snapshot.tension).max(axis=1)
+
+
+def time(snapshot: Snapshot) -> Array:
+    """Return the time of the snapshot."""
+    return np.array(snapshot.time)
+
+
+OBSERVABLES: dict[str, Callable[[Snapshot], Array]] = {
+    f.__name__: f
+    for f in (
+        time,
+        elastic_energy,
+        fiber_stress,
+        extra_stress,
+        first_normal_stress_difference,
+        second_normal_stress_difference,
+        shear_stress,
+        orientation_tensor,
+        length_error,
+        end_to_end,
+        centre,
+        largest_curvature,
+        largest_tension,
+    )
+}
+"""What every run records, by the name of its variable."""

@@ -1,0 +1,191 @@
+"""Reading a stored run for a figure: arrays with clear errors, labels, records to draw."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stokesfibers.core.errors import InputError
+from stokesfibers.core.variables import Variable, lookup
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_RECORDS = 8
+"""Most records that a figure draws by itself."""
+MOST_FIBERS = 8
+"""Most fibers that get a line of their own; it is the number of colours of the palette."""
+_EVENT = 0.1  # share of the peak energy above which a record belongs to the bending event
+_VISIBLE_BEND = 0.05  # curvature times length; the sagitta is then 0.6 % of the length
+
+Records = NDArray[np.intp]
+
+
+def has(data: xr.DataTree, group: str, name: str) -> bool:
+    """Return whether the run stores ``group/name`` with at least one value."""
+    return group in data.children and name in data[group] and data[group][name].size > 0
+
+
+def read(data: xr.DataTree, group: str, name: str) -> xr.DataArray:
+    """Return the stored array ``group/name`` (not loaded yet if the store is lazy).
+
+    Raises
+    ------
+    InputError
+        If the run does not hold it, or holds no value of it.
+    """
+    if has(data, group, name):
+        return data[group].to_dataset()[name]
+    there = sorted(str(n) for n in data[group].variables) if group in data.children else []
+    hint = f"The group holds: {', '.join(there)}." if there else f"There is no group {group}."
+    raise InputError(f"{group}.{name}", "an array with at least one record", "none", hint)
+
+
+def numbers(data: xr.DataTree, group: str, name: str) -> NDArray[np.float64]:
+    """Return the values of ``group/name``; errors as `read`."""
+    return values(read(data, group, name))
+
+
+def values(array: xr.DataArray) -> NDArray[np.float64]:
+    """Return the array's values as float64."""
+    return np.asarray(array.to_numpy(), dtype=np.float64)
+
+
+def describe(data: xr.DataTree, group: str, name: str) -> Variable:
+    """Return name, symbol, unit and meaning of ``group/name``.
+
+    They come from the registry; what the store says beside the array goes first, so that a
+    run converted to other units, or a user's own observable, is labelled rightly.
+
+    Raises
+    ------
+    InputError
+        If neither the registry nor the store describes it.
+    """
+    attrs = data[group][name].attrs if has(data, group, name) else {}
+    try:
+        known = lookup(group, name)
+    except KeyError:
+        if not {"symbol", "long_name"} <= set(attrs):
+            raise InputError(
+                f"{group}.{name}", "a registered variable", "an unknown name"
+            ) from None
+        known = Variable(name, "observables", ("time",), "1", "", "")
+    return replace(
+        known,
+        unit=str(attrs.get("units", known.unit)),
+        symbol=str(attrs.get("symbol", known.symbol)),
+        meaning=str(attrs.get("long_name", known.meaning)),
+    )
+
+
+def unit_text(variable: Variable) -> str:
+    """Return the unit in square brackets with a space before it; empty for a pure number."""
+    raised = re.sub(r"\^(-?\d+)", r"$^{\1}$", variable.unit)
+    return "" if variable.unit == "1" else f" [{raised}]"
+
+
+def axis_label(variable: Variable, longest: int = 40) -> str:
+    """Return meaning, symbol and unit for an axis, on two lines if longer than `longest`.
+
+    A unit that only repeats the meaning (time in units of time) is left out.
+    """
+    unit = "" if variable.unit == variable.meaning else unit_text(variable)
+    printed = re.sub(r"\\[a-zA-Z]+|[{}_^$]", "", variable.meaning + variable.symbol + unit)
+    long = len(printed) > longest
+    return f"{variable.meaning}{chr(10) if long else ' '}${variable.symbol}${unit}"
+
+
+def pick_fibers(count: int, fibers: Sequence[int] | int | None) -> Records:
+    """Return the numbers of the fibers to draw, all of them for None.
+
+    Raises
+    ------
+    InputError
+        If none is asked for, or a number is not one of 0 ... count - 1.
+    """
+    if fibers is None:
+        return np.arange(count)
+    asked = np.atleast_1d(np.asarray(fibers))
+    whole = np.issubdtype(asked.dtype, np.integer)
+    if asked.size == 0 or not whole or asked.min() < 0 or asked.max() >= count:
+        raise InputError("fiber", f"fiber numbers from 0 to {count - 1}", fibers)
+    return asked.astype(np.intp)
+
+
+def pick_records(data: xr.DataTree, times: ArrayLike | None, most: int = MOST_RECORDS) -> Records:
+    """Return the numbers of the trajectory's records to draw.
+
+    Parameters
+    ----------
+    data
+        The stored run.
+    times
+        Times asked for; the nearest stored record stands for each, once. None picks up to
+        `most` records: spread over the stretch of the run where the elastic energy is at least
+        a tenth of its peak, the peak included; spread over the whole run if no fiber bends
+        visibly or the energy is not stored.
+
+    Raises
+    ------
+    InputError
+        If a time lies outside the stored range or none is given.
+    """
+    stored = numbers(data, "trajectory", "time")
+    if times is None:
+        return _default_records(data, stored, most)
+    asked = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    first, last = float(stored[0]), float(stored[-1])
+    slack = 1e-9 * max(abs(first), abs(last))
+    inside = (asked >= first - slack) & (asked <= last + slack)
+    if asked.size == 0 or not np.all(inside):
+        raise InputError(
+            "times",
+            f"times between {first:.6g} and {last:.6g}, the stored range",
+            "none" if asked.size == 0 else f"{asked[~inside][0]:.6g}",
+        )
+    nearest = [int(np.argmin(np.abs(stored - t))) for t in asked]
+    return np.array(list(dict.fromkeys(nearest)), dtype=np.intp)
+
+
+def _default_records(data: xr.DataTree, stored: NDArray[np.float64], most: int) -> Records:
+    energy = _energy_at(data, stored)
+    if len(stored) <= most:
+        return np.arange(len(stored))
+    if energy is None:
+        return _spread(np.arange(len(stored)), most)
+    peak = int(np.argmax(energy))
+    size = max(most, int(np.sum(energy >= _EVENT * energy[peak])))
+    picked = _spread(np.sort(np.argsort(-energy, kind="stable")[:size]), most)
+    if peak not in picked:
+        picked[np.argmin(np.abs(picked - peak))] = peak
+    return picked
+
+
+def _spread(candidates: Records, most: int) -> Records:
+    return candidates[np.round(np.linspace(0, len(candidates) - 1, most)).astype(np.intp)]
+
+
+def _energy_at(data: xr.DataTree, times: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return the total elastic energy at `times`, or None where it tells nothing."""
+    if not has(data, "observables", "elastic_energy"):
+        return None
+    if has(data, "observables", "largest_curvature") and has(data, "trajectory", "arclength"):
+        bend = numbers(data, "observables", "largest_curvature")
+        length = float(np.max(numbers(data, "trajectory", "arclength")))
+        if not np.nanmax(bend, initial=0.0) * length > _VISIBLE_BEND:
+            return None
+    stored = read(data, "observables", "elastic_energy")
+    total = values(total_over_rest(stored, "time"))
+    energy = np.interp(times, numbers(data, "observables", "time"), np.nan_to_num(total))
+    return energy if np.max(energy) > 0.0 else None
+
+
+def total_over_rest(array: xr.DataArray, kept: str) -> xr.DataArray:
+    """Return the sum of `array` over all axes but `kept`."""
+    return array.sum([d for d in array.dims if d != kept], skipna=False)

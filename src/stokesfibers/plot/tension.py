@@ -1,0 +1,68 @@
+"""Line tension along a fiber at several times (the paper's Fig. 5)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
+from stokesfibers.plot import select
+from stokesfibers.plot.shapes import time_key
+from stokesfibers.plot.style import FAINT, PALETTE, new_axes, style, time_colours
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+
+def tension(
+    data: xr.DataTree,
+    *,
+    times: ArrayLike | None = None,
+    fiber: int = 0,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw the line tension T(s) of one fiber at several times.
+
+    A negative tension resists compression, a positive one extension (the paper's (44)).
+
+    Parameters
+    ----------
+    data
+        The stored run.
+    times
+        Times to draw; the nearest stored record stands for each. Default: as `shapes`.
+    fiber
+        Number of the fiber.
+    ax
+        Axes to draw on; default those of a new figure.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        If a time lies outside the stored range or the fiber does not exist.
+    """
+    records = select.pick_records(data, times)
+    stored = select.numbers(data, "trajectory", "time")[records]
+    array = select.read(data, "trajectory", "tension")
+    number = int(select.pick_fibers(array.sizes["fiber"], fiber)[0])
+    arclength = select.values(select.read(data, "trajectory", "arclength").isel(fiber=number))
+    chosen = array.isel(fiber=number).isel(time=records).transpose("time", "node")
+    colours = time_colours(stored) if len(stored) > 1 else [PALETTE[0]]
+    if ax is None:
+        ax = new_axes()
+    with style():
+        ax.axhline(0.0, color=FAINT, linewidth=0.5, zorder=0)
+        for line, time, colour in zip(select.values(chosen), stored, colours, strict=True):
+            ax.plot(arclength, line, color=colour, label=f"{time:.6g}")
+        if array.sizes["fiber"] > 1:
+            ax.set_title(f"fiber {number}")
+        ax.set_xlim(float(arclength[0]), float(arclength[-1]))
+        ax.set_xlabel(select.axis_label(select.describe(data, "trajectory", "arclength")))
+        ax.set_ylabel(select.axis_label(select.describe(data, "trajectory", "tension")))
+        time_key(ax, data, stored)
+    return ax

@@ -1,0 +1,77 @@
+"""The frozen record of a case: fibers, fluid, flow, model and engine."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass, field
+from math import pi
+
+from stokesfibers.core import checks
+from stokesfibers.core.errors import InputError
+from stokesfibers.fiber.parameters import Fiber
+from stokesfibers.flow import AbstractFlow, NoFlow
+from stokesfibers.problem.engine import PaperEngine
+from stokesfibers.slender.mobility import AbstractMobility, NonLocal
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Everything that determines a run except the initial shapes and what to record.
+
+    Attributes
+    ----------
+    fiber
+        One kind of fiber, or several.
+    mu_bar
+        Effective viscosity (10) of the first kind of fiber at the reference rate 1:
+        8 pi mu = mu_bar E / L^4. Give this or `viscosity`.
+    viscosity
+        mu, in units of force time / length^2.
+    flow
+        Background flow.
+    mobility
+        Model of the fluid's drag.
+    engine
+        Discretisation and time stepping.
+    """
+
+    fiber: Fiber | tuple[Fiber, ...]
+    _: KW_ONLY
+    mu_bar: float | None = None
+    viscosity: float | None = None
+    flow: AbstractFlow = field(default_factory=NoFlow)
+    mobility: AbstractMobility = field(default_factory=NonLocal)
+    engine: PaperEngine = field(default_factory=PaperEngine)
+
+    def __post_init__(self) -> None:
+        if (self.mu_bar is None) == (self.viscosity is None):
+            came = "neither" if self.mu_bar is None else "both"
+            raise InputError("mu_bar", "either mu_bar or viscosity", came)
+        name = "viscosity" if self.mu_bar is None else "mu_bar"
+        checks.positive(name, getattr(self, name))
+        kinds = self.fiber if isinstance(self.fiber, tuple) else (self.fiber,)
+        if not kinds or not all(isinstance(kind, Fiber) for kind in kinds):
+            raise InputError("fiber", "a Fiber or a tuple of Fibers", self.fiber)
+        if sum(kind.count for kind in kinds) != 1:
+            raise InputError(
+                "fiber.count",
+                "one fiber in all",
+                sum(kind.count for kind in kinds),
+                "Interacting fibers are not part of this version.",
+            )
+        object.__setattr__(self, "fiber", kinds)
+        object.__setattr__(self, "engine", self.engine.resolved(self.flow.rate_scale()))
+
+    @property
+    def fibers(self) -> tuple[Fiber, ...]:
+        """The kind of each fiber, in order of their numbers."""
+        assert isinstance(self.fiber, tuple)
+        return tuple(kind for kind in self.fiber for _ in range(kind.count))
+
+    @property
+    def drag(self) -> float:
+        """8 pi mu, in units of force time / length^2."""
+        if self.viscosity is not None:
+            return 8.0 * pi * self.viscosity
+        first = self.fibers[0]
+        assert self.mu_bar is not None
+        return self.mu_bar * first.rigidity / first.length**4

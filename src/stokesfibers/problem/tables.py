@@ -1,0 +1,198 @@
+"""The dict form of a problem: the tables of a case file, both ways."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from stokesfibers.core.errors import InputError
+from stokesfibers.core.tables import Table, as_table, build, choose, refuse_unknown, to_table
+from stokesfibers.fiber.parameters import Fiber
+from stokesfibers.flow import (
+    FLOWS,
+    AbstractFlow,
+    NoFlow,
+    SumOfFlows,
+    load_user_flow,
+    to_dict,
+)
+from stokesfibers.problem.engine import PaperEngine
+from stokesfibers.problem.problem import Problem
+from stokesfibers.slender.mobility import AbstractMobility, LocalDrag, NonLocal
+from stokesfibers.slender.regularization import REGULARIZATIONS
+
+TABLES = (
+    "engine",
+    "fiber",
+    "fluid",
+    "flow",
+    "domain",
+    "model",
+    "constraint",
+    "discretization",
+    "stepping",
+)
+"""Top-level keys that describe the problem; a case file has others beside them."""
+
+
+def problem_from_tables(
+    tables: Mapping[str, Any], *, folder: Path = Path(), allow_python: bool = False
+) -> Problem:
+    """Return the problem that the tables of a case describe.
+
+    Parameters
+    ----------
+    tables
+        The tables named in `TABLES`; others are left to the caller.
+    folder
+        Folder that relative paths start from.
+    allow_python
+        Whether a flow of kind ``"python"`` may run the user's file.
+
+    Raises
+    ------
+    InputError
+        For anything that cannot be used, with the path ``table.key``.
+    """
+    fluid = as_table(tables.get("fluid", {}), "fluid")
+    refuse_unknown(fluid, ("mu_bar", "viscosity"), "fluid")
+    _check_domain(as_table(tables.get("domain", {}), "domain"))
+    flow = _flow(
+        as_table(tables.get("flow", {"kind": "none"}), "flow"), folder, allow_python, "flow"
+    )
+    parts: dict[str, Any] = {
+        "fiber": _fibers(tables.get("fiber")),
+        "flow": flow,
+        "mobility": _mobility(as_table(tables.get("model", {}), "model")),
+    }
+    engine = _engine(tables)
+    try:
+        engine = engine.resolved(flow.rate_scale())
+    except InputError as error:
+        raise error.at({"beta": "constraint", "dt": "stepping"}[error.where]) from None
+    try:
+        return Problem(**parts, engine=engine, **fluid)
+    except InputError as error:
+        raise (error if error.where.startswith("fiber") else error.at("fluid")) from None
+
+
+def problem_to_tables(problem: Problem) -> Table:
+    """Return the tables that rebuild `problem`, JSON-ready, with every choice spelled out.
+
+    A flow that holds functions typed in Python cannot be rebuilt; its table names them.
+    """
+    mobility = problem.mobility
+    model: Table = {"mobility": mobility.kind}
+    if isinstance(mobility, NonLocal):
+        model["regularization"] = to_table(mobility.regularization)
+    fluid = {"mu_bar": problem.mu_bar, "viscosity": problem.viscosity}
+    kinds = problem.fiber if isinstance(problem.fiber, tuple) else (problem.fiber,)
+    return {
+        "engine": problem.engine.kind,
+        "fiber": [to_table(kind) for kind in kinds],
+        "fluid": {k: v for k, v in fluid.items() if v is not None},
+        "flow": to_dict(problem.flow),
+        "domain": {"kind": "free"},
+        "model": model,
+        "constraint": {"beta": problem.engine.beta},
+        "discretization": {"intervals": problem.engine.intervals},
+        "stepping": {"dt": problem.engine.dt},
+    }
+
+
+def _fibers(value: object) -> tuple[Fiber, ...]:
+    if value is None:
+        raise InputError("fiber", "a table, [fiber]", "nothing", "Say length, slenderness, ...")
+    if isinstance(value, list):
+        if not value:
+            raise InputError("fiber", "at least one [[fiber]] table", "none")
+        return tuple(
+            build(Fiber, as_table(t, f"fiber[{k}]"), f"fiber[{k}]") for k, t in enumerate(value)
+        )
+    return (build(Fiber, as_table(value, "fiber"), "fiber"),)
+
+
+def _flow(table: Table, folder: Path, allow_python: bool, where: str) -> AbstractFlow:
+    kind = table.get("kind")
+    if kind == "sum":
+        refuse_unknown(table, ("kind", "flows"), where)
+        parts = table.get("flows")
+        if not isinstance(parts, list) or not parts:
+            raise InputError(f"{where}.flows", "a list of flow tables", parts)
+        return SumOfFlows(
+            tuple(
+                _flow(
+                    as_table(part, f"{where}.flows[{k}]"),
+                    folder,
+                    allow_python,
+                    f"{where}.flows[{k}]",
+                )
+                for k, part in enumerate(parts)
+            )
+        )
+    if kind == "python":
+        return _python_flow(table, folder, allow_python, where)
+    return choose({**FLOWS, "sum": SumOfFlows, "python": NoFlow}, table, where)
+
+
+def _python_flow(table: Table, folder: Path, allow_python: bool, where: str) -> AbstractFlow:
+    refuse_unknown(table, ("kind", "file", "velocity", "gradient"), where)
+    names = {k: table.get(k, k) for k in ("velocity", "gradient")}
+    for key in ("file", "velocity", "gradient"):
+        if not isinstance(table.get(key, key if key != "file" else None), str):
+            raise InputError(f"{where}.{key}", "a text", table.get(key))
+    if not allow_python:
+        raise InputError(
+            f"{where}.kind",
+            "a flow that runs no code",
+            "'python'",
+            "Add --allow-python if you trust the file.",
+        )
+    return load_user_flow(folder / table["file"], **names)
+
+
+def _check_domain(table: Table) -> None:
+    refuse_unknown(table, ("kind", "periods"), "domain")
+    kind = table.get("kind", "free")
+    if kind != "free":
+        raise InputError(
+            "domain.kind", "'free'", repr(kind), "Periodic domains are not part of this version."
+        )
+
+
+def _mobility(table: Table) -> AbstractMobility:
+    refuse_unknown(table, ("mobility", "regularization"), "model")
+    kind = table.get("mobility", "nonlocal")
+    if kind == LocalDrag.kind:
+        if "regularization" in table:
+            raise InputError(
+                "model.regularization", "nothing with local_drag", "a table", "Leave it out."
+            )
+        return LocalDrag()
+    if kind != NonLocal.kind:
+        raise InputError("model.mobility", "nonlocal or local_drag", repr(kind))
+    where = "model.regularization"
+    chosen = as_table(table.get("regularization", {"kind": "paper"}), where)
+    return NonLocal(choose(REGULARIZATIONS, chosen, where))
+
+
+def _engine(tables: Mapping[str, Any]) -> PaperEngine:
+    kind = tables.get("engine", "paper")
+    if kind != PaperEngine.kind:
+        raise InputError("engine", "'paper'", repr(kind))
+    arguments: Table = {}
+    places = {
+        "intervals": ("discretization", ("intervals",)),
+        "dt": ("stepping", ("dt", "until")),
+        "beta": ("constraint", ("beta",)),
+    }
+    for name, (where, known) in places.items():
+        table = as_table(tables.get(where, {}), where)
+        refuse_unknown(table, known, where)
+        if name in table:
+            arguments[name] = table[name]
+    try:
+        return PaperEngine(**arguments)
+    except InputError as error:
+        raise error.at(places[error.where][0]) from None

@@ -1,0 +1,98 @@
+"""Collects what is due and hands it to the sink: records first, then the commit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from stokesfibers.core.status import Status
+from stokesfibers.io.store import Checkpoint
+from stokesfibers.observe.snapshot import Snapshot
+from stokesfibers.run.layout import (
+    OutputPoints,
+    Records,
+    observable_records,
+    step_records,
+    trajectory_records,
+)
+from stokesfibers.run.schedule import Schedule, is_due
+from stokesfibers.stepping.paper import Carry, PaperStepper
+from stokesfibers.stepping.report import StepReport
+
+
+class Sink(Protocol):
+    """Where records go: a store on disk or memory."""
+
+    @property
+    def lengths(self) -> Mapping[str, int]:
+        """Number of records by group."""
+        ...
+
+    def append(self, records: Records) -> None:
+        """Add records; they count from the next commit on."""
+        ...
+
+    def commit(self, status: Mapping[str, Any], checkpoint: Checkpoint | None = None) -> None:
+        """Make everything appended valid."""
+        ...
+
+
+class Recorder:
+    """Records a run on its schedule.
+
+    Parameters
+    ----------
+    sink
+        Where the records go.
+    stepper
+        Gives times and discretised fibers.
+    schedule
+        What is recorded when.
+    """
+
+    def __init__(self, sink: Sink, stepper: PaperStepper, schedule: Schedule) -> None:
+        self._sink = sink
+        self._stepper = stepper
+        self._schedule = schedule
+        self._points = OutputPoints(schedule.points)
+        self._reports: list[StepReport] = []
+
+    def start(self, carry: Carry) -> None:
+        """Record the initial state and commit it."""
+        snapshot = self._snapshot(carry)
+        self._sink.append(trajectory_records(snapshot, self._points))
+        self._sink.append(observable_records(snapshot))
+        self.commit(carry, Status("running", snapshot.time))
+
+    def step(self, carry: Carry, report: StepReport) -> None:
+        """Record what became due in the step that led to `carry`."""
+        self._reports.append(report)
+        before, now = report.time - report.step_size, report.time
+        schedule = self._schedule
+        observe = is_due(schedule.observables_interval, before, now)
+        place = is_due(schedule.positions_every, before, now)
+        if not (observe or place):
+            return
+        snapshot = self._snapshot(carry)
+        if observe:
+            self._sink.append(observable_records(snapshot))
+        if place:
+            self._sink.append(trajectory_records(snapshot, self._points))
+            last = self._stepper.time(carry.step) - schedule.positions_every
+            due = is_due(schedule.checkpoint_interval, max(last, 0.0), now)
+            self.commit(carry if due else None, Status("running", now))
+
+    def commit(self, carry: Carry | None, status: Status) -> None:
+        """Commit all records, with `carry` as checkpoint unless None."""
+        if self._reports:
+            self._sink.append(step_records(self._reports))
+            self._reports = []
+        checkpoint = None
+        if carry is not None:
+            meta = {"step": carry.step, "lengths": dict(self._sink.lengths)}
+            checkpoint = Checkpoint(carry.arrays(), meta)
+        self._sink.commit(status.to_dict(), checkpoint)
+
+    def _snapshot(self, carry: Carry) -> Snapshot:
+        time = self._stepper.time(carry.step)
+        return Snapshot.take(time, self._stepper.fibers, carry.positions, carry.tension)

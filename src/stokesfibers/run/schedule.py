@@ -1,0 +1,72 @@
+"""When to record: intervals of simulated time, never of steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import floor
+
+from stokesfibers.core import checks
+
+_ROUNDING = 1e-9  # of an interval: a step that ends on a recording time must count as on it
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Recording intervals, in units of time.
+
+    Attributes
+    ----------
+    positions_every
+        Positions and tension.
+    observables_every
+        Observables; if None, a tenth of `positions_every`.
+    checkpoint_every
+        Restart points, written with the next positions; if None, with each of them.
+    points
+        Output points per fiber, equally spaced in arclength; if None, the nodes.
+    """
+
+    positions_every: float
+    observables_every: float | None = None
+    checkpoint_every: float | None = None
+    points: int | None = None
+
+    def __post_init__(self) -> None:
+        checks.positive("positions_every", self.positions_every)
+        for name in ("observables_every", "checkpoint_every"):
+            if getattr(self, name) is not None:
+                checks.positive(name, getattr(self, name))
+        if self.points is not None:
+            checks.whole("points", self.points, 6)
+
+    @property
+    def observables_interval(self) -> float:
+        """Interval of the observables."""
+        return self.observables_every or self.positions_every / 10.0
+
+    @property
+    def checkpoint_interval(self) -> float:
+        """Interval of the checkpoints."""
+        return self.checkpoint_every or self.positions_every
+
+
+def every(
+    positions: float,
+    *,
+    observables: float | None = None,
+    checkpoint: float | None = None,
+    points: int | None = None,
+) -> Schedule:
+    """Return the schedule that records positions each `positions` units of time.
+
+    Parameters
+    ----------
+    positions, observables, checkpoint, points
+        See `Schedule`.
+    """
+    return Schedule(positions, observables, checkpoint, points)
+
+
+def is_due(interval: float, before: float, now: float) -> bool:
+    """Return whether a multiple of `interval` lies in (before, now], to rounding."""
+    return floor(now / interval + _ROUNDING) > floor(before / interval + _ROUNDING)
