@@ -75,62 +75,78 @@ def registered(group: str | None = None) -> tuple[Variable, ...]:
     return tuple(v for v in _ALL.values() if group is None or v.group == group)
 
 
-def _trajectory(name: str, dims: tuple[str, ...], unit: str, symbol: str, meaning: str) -> None:
-    register(Variable(name, "trajectory", dims, unit, symbol, meaning))
+_TRAJECTORY: tuple[tuple[str, tuple[str, ...], str, str, str], ...] = (
+    ("time", ("time",), "time", "t", "time"),
+    (
+        "position",
+        ("time", "fiber", "node", "space"),
+        "length",
+        r"\mathbf{x}",
+        "centreline position, unwrapped",
+    ),
+    ("tension", ("time", "fiber", "node"), "force", "T", "line tension"),
+    ("arclength", ("fiber", "node"), "length", "s", "arclength"),
+)
 
+# The axis ``time`` comes first and is left out here.
+_OBSERVABLES: tuple[tuple[str, tuple[str, ...], str, str, str], ...] = (
+    ("time", (), "time", "t", "time"),
+    ("elastic_energy", ("fiber",), "force length", r"E_\mathrm{elas}", "elastic energy"),
+    (
+        "fiber_stress",
+        ("fiber", "i", "j"),
+        "force length",
+        r"\Sigma_{ij}",
+        "extra stress of a fiber",
+    ),
+    ("extra_stress", ("i", "j"), "force length", r"\Sigma_{ij}", "extra stress, all fibers"),
+    (
+        "first_normal_stress_difference",
+        (),
+        "force length",
+        "N_1",
+        "first normal stress difference",
+    ),
+    (
+        "second_normal_stress_difference",
+        (),
+        "force length",
+        "N_2",
+        "second normal stress difference",
+    ),
+    ("shear_stress", (), "force length", r"\Sigma_{12}", "shear stress"),
+    (
+        "orientation_tensor",
+        ("i", "j"),
+        "1",
+        r"\langle \mathbf{p}\mathbf{p} \rangle",
+        "orientation tensor",
+    ),
+    ("length_error", ("fiber",), "1", r"|\ell - L|/L", "relative length error"),
+    (
+        "end_to_end",
+        ("fiber", "space"),
+        "length",
+        r"\mathbf{x}(L)-\mathbf{x}(0)",
+        "end-to-end vector",
+    ),
+    ("centre", ("fiber", "space"), "length", r"\bar{\mathbf{x}}", "centre of mass of a fiber"),
+    ("largest_curvature", ("fiber",), "length^-1", r"\max\kappa", "largest curvature"),
+    ("largest_tension", ("fiber",), "force", r"\max|T|", "largest tension in magnitude"),
+)
 
-def _observable(name: str, dims: tuple[str, ...], unit: str, symbol: str, meaning: str) -> None:
-    register(Variable(name, "observables", ("time", *dims), unit, symbol, meaning))
+_NUMERICS: tuple[tuple[str, tuple[str, ...], str, str, str, str], ...] = (
+    ("time", ("step",), "time", "t", "time at the end of the step", "float64"),
+    ("step_size", ("step",), "time", r"\Delta t", "step size", "float64"),
+    ("order", ("step",), "1", "k", "order of the step", "int64"),
+    ("rejected", ("step",), "1", "n_r", "rejected tries of the step", "int64"),
+    ("iterations", ("step",), "1", "n_i", "tension iterations", "int64"),
+    ("wall_time", ("step", "stage"), "seconds", "t_w", "wall time by stage", "float64"),
+)
 
-
-_trajectory("time", ("time",), "time", "t", "time")
-_trajectory(
-    "position",
-    ("time", "fiber", "node", "space"),
-    "length",
-    r"\mathbf{x}",
-    "centreline position, unwrapped",
-)
-_trajectory("tension", ("time", "fiber", "node"), "force", "T", "line tension")
-_trajectory("arclength", ("fiber", "node"), "length", "s", "arclength")
-
-_observable("time", (), "time", "t", "time")
-_observable("elastic_energy", ("fiber",), "force length", r"E_\mathrm{elas}", "elastic energy")
-_observable(
-    "fiber_stress", ("fiber", "i", "j"), "force length", r"\Sigma_{ij}", "extra stress of a fiber"
-)
-_observable("extra_stress", ("i", "j"), "force length", r"\Sigma_{ij}", "extra stress, all fibers")
-_observable(
-    "first_normal_stress_difference", (), "force length", "N_1", "first normal stress difference"
-)
-_observable(
-    "second_normal_stress_difference", (), "force length", "N_2", "second normal stress difference"
-)
-_observable("shear_stress", (), "force length", r"\Sigma_{12}", "shear stress")
-_observable(
-    "orientation_tensor",
-    ("i", "j"),
-    "1",
-    r"\langle \mathbf{p}\mathbf{p} \rangle",
-    "orientation tensor",
-)
-_observable("length_error", ("fiber",), "1", r"|\ell - L|/L", "relative length error")
-_observable(
-    "end_to_end", ("fiber", "space"), "length", r"\mathbf{x}(L)-\mathbf{x}(0)", "end-to-end vector"
-)
-_observable(
-    "centre", ("fiber", "space"), "length", r"\bar{\mathbf{x}}", "centre of mass of a fiber"
-)
-_observable("largest_curvature", ("fiber",), "length^-1", r"\max\kappa", "largest curvature")
-_observable("largest_tension", ("fiber",), "force", r"\max|T|", "largest tension in magnitude")
-
-register(Variable("time", "numerics", ("step",), "time", "t", "time at the end of the step"))
-register(Variable("step_size", "numerics", ("step",), "time", r"\Delta t", "step size"))
-register(Variable("order", "numerics", ("step",), "1", "k", "order of the step", "int64"))
-register(
-    Variable("rejected", "numerics", ("step",), "1", "n_r", "rejected tries of the step", "int64")
-)
-register(Variable("iterations", "numerics", ("step",), "1", "n_i", "tension iterations", "int64"))
-register(
-    Variable("wall_time", "numerics", ("step", "stage"), "seconds", "t_w", "wall time by stage")
-)
+for _name, _dims, *_rest in _TRAJECTORY:
+    register(Variable(_name, "trajectory", _dims, *_rest))
+for _name, _dims, *_rest in _OBSERVABLES:
+    register(Variable(_name, "observables", ("time", *_dims), *_rest))
+for _name, _dims, *_rest in _NUMERICS:
+    register(Variable(_name, "numerics", _dims, *_rest))

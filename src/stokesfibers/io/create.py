@@ -78,7 +78,7 @@ def _write_files(folder: Path, files: Mapping[str, bytes], attributes: Mapping[s
             docs[name.removesuffix(f"/{marker.NAME}")] = json.loads(data)
         else:
             write_atomic(folder / name, data)
-    marker.write_copies(folder, docs, docs)
+    marker.write_copies(folder, docs)
     marked = {"status": Status("running", 0.0).to_dict(), "checkpoint": None}
     write_atomic(folder / marker.NAME, marker.encode(docs, {**attributes, **marked}), sync=True)
 

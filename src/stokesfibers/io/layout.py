@@ -7,6 +7,7 @@ be added to a chunk without touching those before.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -97,8 +98,8 @@ def layout_files(
     return {path: value.to_bytes() for path, value in files.items()}
 
 
-def checkpoint_files(arrays: Mapping[str, NDArray[Any]]) -> dict[str, bytes]:
-    """Return the Zarr files of a checkpoint of such arrays: two slots, one chunk for each."""
+def checkpoint_docs(arrays: Mapping[str, NDArray[Any]]) -> dict[str, dict[str, Any]]:
+    """Return the Zarr metadata, by path, of a checkpoint: two slots, one chunk for each."""
     files: dict[str, Any] = {}
     node = zarr.create_group(MemoryStore(store_dict=files)).create_group(CHECKPOINT)
     for name, values in arrays.items():
@@ -112,9 +113,9 @@ def checkpoint_files(arrays: Mapping[str, NDArray[Any]]) -> dict[str, bytes]:
             **_AS_IS,
         )
     return {
-        path: value.to_bytes()
+        path.removesuffix("/zarr.json"): json.loads(value.to_bytes())
         for path, value in files.items()
-        if path.startswith(f"{CHECKPOINT}/") and path.endswith("zarr.json")
+        if path.startswith(f"{CHECKPOINT}/")
     }
 
 

@@ -33,17 +33,17 @@ def encode(docs: Docs, attributes: Mapping[str, Any]) -> bytes:
     return _group(docs, {**head, **attributes})
 
 
-def write_copies(folder: Path, docs: Docs, changed: Docs) -> None:
+def write_copies(folder: Path, docs: Docs) -> None:
     """Write the metadata files below the root, for readers that start there.
 
-    They only repeat what the marker says, and are written after it. Those of `changed`, which is
-    part of `docs`, are written, and those of the groups they are in.
+    They only repeat what the marker says, and are written after it. In a run in progress they may
+    lag behind: replacing so many files at each commit would take longer than the rest of it.
     """
-    for path, doc in changed.items():
+    for path, doc in docs.items():
         if doc["node_type"] == "array":
             (folder / path).mkdir(parents=True, exist_ok=True)
             write_atomic(folder / path / NAME, json.dumps(doc).encode())
-    for group in {path.split("/")[0] for path in changed}:
+    for group in {path.split("/")[0] for path in docs}:
         inside = {p.split("/")[1]: doc for p, doc in docs.items() if p.startswith(f"{group}/")}
         write_atomic(folder / group / NAME, _group(inside, docs[group].get("attributes", {})))
 

@@ -8,11 +8,10 @@ not waited for; a checkpoint that suffered is told by its checksum.)
 
 from __future__ import annotations
 
-import json
 import weakref
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Literal, Self, final
 
 from stokesfibers.core.errors import StoreError
@@ -28,7 +27,7 @@ from stokesfibers.io.checkpoint import (
     write_slot,
 )
 from stokesfibers.io.create import create_folder
-from stokesfibers.io.layout import ArrayLayout, checkpoint_files
+from stokesfibers.io.layout import ArrayLayout, checkpoint_docs
 from stokesfibers.io.records import RecordArray, count_records
 
 
@@ -107,9 +106,9 @@ class RunStore:
             store = cls(where, lock.acquire(where))
         try:
             store.checkpoint()
-            # A kill may have come between the marker and the copies of what it says.
+            # A kill may have come between the marker and the copies.
             with disk_errors(where):
-                marker.write_copies(where, store._docs, store._docs)
+                marker.write_copies(where, store._docs)
         except BaseException:
             store.close()
             raise
@@ -215,6 +214,9 @@ class RunStore:
                 )
         self._appended = {**self._lengths, **lengths}
         self._mark(marker.with_lengths(self._docs, self._appended), self._marked)
+        # The copies must not call valid what is overwritten next.
+        with disk_errors(self.path):
+            marker.write_copies(self.path, self._docs)
 
     def checkpoint(self) -> Checkpoint | None:
         """Return the last checkpoint, or None if none was taken.
@@ -243,18 +245,16 @@ class RunStore:
 
     def close(self) -> None:
         """Let other writers in; what was not committed is dropped."""
-        if self._unlock is not None:
+        if self._unlock is not None and self._unlock.alive:
+            # Only a convenience for readers, so not worth an error on a full disk.
+            with suppress(OSError):
+                marker.write_copies(self.path, self._docs)
             self._unlock()
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def _check_writable(self) -> None:
@@ -268,9 +268,7 @@ class RunStore:
         meta = marker.json_ready(checkpoint.meta, "checkpoint meta")
         last = self._marked["checkpoint"]
         if last is None:
-            files = checkpoint_files(arrays)
-            new = {path.removesuffix(f"/{marker.NAME}"): json.loads(x) for path, x in files.items()}
-            docs = {**self._docs, **new}
+            docs = {**self._docs, **checkpoint_docs(arrays)}
         else:
             docs = self._docs
             check_unchanged(arrays, docs)
@@ -294,7 +292,5 @@ class RunStore:
         data = marker.encode(docs, {**self._attributes, **marked})
         with disk_errors(self.path):
             write_atomic(self.path / marker.NAME, data, sync=True)
-            changed = {path: doc for path, doc in docs.items() if self._docs.get(path) != doc}
-            self._docs, self._marked = dict(docs), dict(marked)
-            self._lengths = dict(self._appended)
-            marker.write_copies(self.path, self._docs, changed)
+        self._docs, self._marked = dict(docs), dict(marked)
+        self._lengths = dict(self._appended)

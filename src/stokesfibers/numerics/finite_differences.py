@@ -82,7 +82,7 @@ class UniformGrid:
     @property
     def half_points(self) -> Array:
         """Arclength of the mid-points of the intervals, shape (interval,)."""
-        return (np.arange(self.intervals) + 0.5) * self.spacing
+        return self.spacing * (np.arange(self.intervals, dtype=np.float64) + 0.5)
 
     @property
     def trapezoid(self) -> Array:

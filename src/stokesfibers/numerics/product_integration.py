@@ -136,8 +136,8 @@ def finite_part_weights(delta: Array, delta_half: Array) -> FinitePartWeights:
     """
     n = delta.size
     count = n - 1
-    edges = np.arange(count)
-    place = np.arange(n)[:, None] - edges
+    edges = np.arange(count, dtype=np.float64)
+    place = np.arange(n, dtype=np.float64)[:, None] - edges
     node = kernel_moments(place, np.broadcast_to(delta[:, None] * count, place.shape))
     place_half = edges[:, None] + 0.5 - edges
     half = kernel_moments(

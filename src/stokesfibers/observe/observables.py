@@ -37,7 +37,7 @@ def fiber_stress_direct(snapshot: Snapshot) -> Array:
     for fiber, shape, tension in zip(
         snapshot.fibers, snapshot.shapes, snapshot.tension, strict=True
     ):
-        force = fiber.rigidity * shape.xssss - fiber.tensile_force(shape, tension)
+        force = fiber.elastic_force(shape, tension)
         values.append(np.einsum("in,jn->ijn", force, shape.x))
     return snapshot.integrate(values)
 

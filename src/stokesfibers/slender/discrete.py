@@ -118,6 +118,10 @@ class DiscreteFiber:
         """Return (T x_s)_s = T_s x_s + T x_ss at the nodes, (3, node)."""
         return self.derivative(tension) * shape.xs + tension * shape.xss
 
+    def elastic_force(self, shape: Shape, tension: Array) -> Array:
+        """Return f = -(T x_s)_s + E x_ssss of (9) at the nodes, (3, node)."""
+        return self.rigidity * shape.xssss - self.tensile_force(shape, tension)
+
     def tensile_velocity(self, shape: Shape, tension: Array) -> Array:
         """Return (Lambda + K_delta)[(T x_s)_s], times 8 pi mu a velocity; (3, node).
 

@@ -17,7 +17,7 @@ from time import perf_counter
 import numpy as np
 
 from stokesfibers.constraint.line_tension import solve_tension
-from stokesfibers.core.arrays import Array, Nodal, Positions
+from stokesfibers.core.arrays import Array, Nodal, Positions, as_float
 from stokesfibers.core.errors import InputError
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.discrete import DiscreteFiber, Shape
@@ -156,4 +156,4 @@ def _solve_positions(fiber: DiscreteFiber, ahead: Shape, factor: float, right: A
     matrix = fiber.evolution_matrix(ahead, factor)
     rows = right.copy()
     rows[:, [0, 1, -2, -1]] = 0.0  # free ends: homogeneous conditions
-    return np.linalg.solve(matrix, rows.ravel()).reshape(3, -1)
+    return as_float(np.linalg.solve(matrix, rows.ravel()).reshape(3, -1))

@@ -1,0 +1,39 @@
+# Two commands do everything on a machine with Python 3.11+ and make: `make demo`, `make test`.
+PYTHON ?= python3
+BIN := .venv/bin
+STAMP := .venv/.installed
+
+.PHONY: demo test slow lint bench clean
+
+demo: $(STAMP)
+	$(BIN)/stokesfibers run cases/buckling.toml --out demo/buckling.zarr --overwrite
+	$(BIN)/stokesfibers plot demo/buckling.zarr panels --out demo/shapes.png
+	$(BIN)/stokesfibers plot demo/buckling.zarr stress --out demo/stress.png
+	@echo "The run is in demo/buckling.zarr; pictures: demo/shapes.png (like Fig. 3), demo/stress.png (N1 and shear stress)"
+
+test: lint
+	$(BIN)/python -m pytest -q -n 2
+
+slow: $(STAMP)-dev
+	$(BIN)/python -m pytest -q -n 2 -m slow
+
+lint: $(STAMP)-dev
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+
+bench: $(STAMP)-dev
+	$(BIN)/python benchmarks/step.py
+
+$(STAMP): pyproject.toml
+	test -d .venv || $(PYTHON) -m venv .venv
+	$(BIN)/pip install -q -e .
+	touch $@
+
+$(STAMP)-dev: $(STAMP)
+	$(BIN)/pip install -q -e ".[dev]"
+	touch $@
+
+clean:
+	rm -rf .venv demo out build dist

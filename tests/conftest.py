@@ -1,0 +1,24 @@
+"""Set-up of all tests: one BLAS thread, and property tests that repeat exactly."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import settings
+from support import assert_close as _assert_close
+from threadpoolctl import threadpool_limits
+
+settings.register_profile("repeatable", derandomize=True, deadline=None, print_blob=False)
+settings.load_profile("repeatable")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_blas_thread():
+    """Run as the package runs: small dense systems, bitwise the same every time."""
+    with threadpool_limits(1, user_api="blas"):
+        yield
+
+
+@pytest.fixture
+def assert_close():
+    """Return the comparison that refuses to be vacuous."""
+    return _assert_close
