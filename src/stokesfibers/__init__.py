@@ -28,7 +28,7 @@ if TYPE_CHECKING:
         Uniform,
         UserFlow,
     )
-    from stokesfibers.io.store import open_run
+    from stokesfibers.io.reader import open_run
     from stokesfibers.problem.engine import PaperEngine
     from stokesfibers.problem.problem import Problem
     from stokesfibers.run.schedule import every
@@ -69,7 +69,7 @@ _HOMES: dict[str, str] = {
     "StoreError": "core.errors",
     "Fiber": "fiber.parameters",
     **dict.fromkeys(_FLOWS, "flow"),
-    "open_run": "io.store",
+    "open_run": "io.reader",
     "PaperEngine": "problem.engine",
     "Problem": "problem.problem",
     "every": "run.schedule",

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Protocol
 
 from stokesfibers.core.status import Status
-from stokesfibers.io.store import Checkpoint
+from stokesfibers.io.checkpoint import Checkpoint
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.run.layout import (
     OutputPoints,
@@ -22,11 +22,6 @@ from stokesfibers.stepping.report import StepReport
 
 class Sink(Protocol):
     """Where records go: a store on disk or memory."""
-
-    @property
-    def lengths(self) -> Mapping[str, int]:
-        """Number of records by group."""
-        ...
 
     def append(self, records: Records) -> None:
         """Add records; they count from the next commit on."""
@@ -48,6 +43,11 @@ class Recorder:
         Gives times and discretised fibers.
     schedule
         What is recorded when.
+
+    Attributes
+    ----------
+    committed
+        Simulated time of the last commit.
     """
 
     def __init__(self, sink: Sink, stepper: PaperStepper, schedule: Schedule) -> None:
@@ -56,6 +56,8 @@ class Recorder:
         self._schedule = schedule
         self._points = OutputPoints(schedule.points)
         self._reports: list[StepReport] = []
+        self._saved = 0.0  # time of the last checkpoint
+        self.committed = 0.0
 
     def start(self, carry: Carry) -> None:
         """Record the initial state and commit it."""
@@ -67,7 +69,7 @@ class Recorder:
     def step(self, carry: Carry, report: StepReport) -> None:
         """Record what became due in the step that led to `carry`."""
         self._reports.append(report)
-        before, now = report.time - report.step_size, report.time
+        before, now = self._stepper.time(carry.step - 1), self._stepper.time(carry.step)
         schedule = self._schedule
         observe = is_due(schedule.observables_interval, before, now)
         place = is_due(schedule.positions_every, before, now)
@@ -78,8 +80,7 @@ class Recorder:
             self._sink.append(observable_records(snapshot))
         if place:
             self._sink.append(trajectory_records(snapshot, self._points))
-            last = self._stepper.time(carry.step) - schedule.positions_every
-            due = is_due(schedule.checkpoint_interval, max(last, 0.0), now)
+            due = is_due(schedule.checkpoint_interval, self._saved, now)
             self.commit(carry if due else None, Status("running", now))
 
     def commit(self, carry: Carry | None, status: Status) -> None:
@@ -89,9 +90,11 @@ class Recorder:
             self._reports = []
         checkpoint = None
         if carry is not None:
-            meta = {"step": carry.step, "lengths": dict(self._sink.lengths)}
-            checkpoint = Checkpoint(carry.arrays(), meta)
+            checkpoint = Checkpoint(carry.arrays(), {"step": carry.step})
         self._sink.commit(status.to_dict(), checkpoint)
+        self.committed = status.time
+        if carry is not None:
+            self._saved = status.time
 
     def _snapshot(self, carry: Carry) -> Snapshot:
         time = self._stepper.time(carry.step)

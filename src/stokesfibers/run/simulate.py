@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
-from math import ceil
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -18,38 +18,25 @@ from stokesfibers.core import checks
 from stokesfibers.core.arrays import Positions
 from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
-from stokesfibers.core.tables import Table, to_table
+from stokesfibers.core.tables import Table, choose, to_table
 from stokesfibers.fiber.curves import Curve
-from stokesfibers.fiber.initial import given
+from stokesfibers.fiber.initial import INITIALS, given
 from stokesfibers.fiber.parameters import RADIUS_PROFILE
 from stokesfibers.io.provenance import provenance
-from stokesfibers.io.store import RunStore, open_run
+from stokesfibers.io.reader import open_run
+from stokesfibers.io.store import RunStore
+from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import problem_from_tables, problem_to_tables
+from stokesfibers.run.advance import Goal, Moment, Watch, advance
 from stokesfibers.run.interrupt import stop_on_signal
 from stokesfibers.run.layout import LABELS, OutputPoints, layout
 from stokesfibers.run.memory import MemorySink
-from stokesfibers.run.recorder import Recorder, Sink
+from stokesfibers.run.recorder import Recorder
 from stokesfibers.run.schedule import Schedule
-from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.stepping.paper import Carry, PaperStepper
 
 Initial = Curve | tuple[Curve, ...] | np.ndarray
-LARGEST_LENGTH_ERROR = 0.2
-"""A fiber whose length is off by more than this fraction is no longer a solution."""
-
-
-@dataclass(frozen=True)
-class Moment:
-    """What somebody watching a run is told after each step."""
-
-    time: float
-    until: float
-    step_size: float
-    length_error: float
-
-
-Watch = Callable[[Moment], None]
 
 
 @dataclass(frozen=True)
@@ -119,18 +106,20 @@ def simulate(
         If something given cannot be used or the store cannot be written.
     """
     checks.positive("until", until)
-    stepper = PaperStepper(problem)
-    carry = _unthreaded(lambda: stepper.init(nodal_positions(initial, problem)))
-    first = Snapshot.take(0.0, stepper.fibers, carry.positions, carry.tension)
-    arrays = layout(first, OutputPoints(record.points))
-    attributes = _attributes(problem, until, record, case)
-    if out is None:
-        memory = MemorySink(arrays, attributes, LABELS)
-        status = _start(memory, stepper, record, carry, until, watch)
-        return Result(memory.tree(), status, problem)
-    with RunStore.create(out, arrays, attributes, labels=LABELS, overwrite=overwrite) as store:
-        status = _start(store, stepper, record, carry, until, watch)
-    return Result(open_run(out), status, problem, Path(out))
+    with _reproducible(), stop_on_signal() as wish:
+        stepper = PaperStepper(problem)
+        carry = stepper.init(nodal_positions(initial, problem))
+        first = Snapshot.take(0.0, stepper.fibers, carry.positions, carry.tension)
+        arrays = layout(first, OutputPoints(record.points))
+        attributes = _attributes(problem, until, record, case)
+        goal = Goal(until, wish, watch)
+        if out is None:
+            memory = MemorySink(arrays, attributes, LABELS)
+            status = advance(Recorder(memory, stepper, record), stepper, carry, goal)
+            return Result(memory.tree(), status, problem)
+        with RunStore.create(out, arrays, attributes, labels=LABELS, overwrite=overwrite) as store:
+            status = advance(Recorder(store, stepper, record), stepper, carry, goal)
+        return Result(open_run(out), status, problem, Path(out))
 
 
 def resume(
@@ -155,22 +144,38 @@ def resume(
         Whether a flow from a user's file may run.
     watch
         Called after each step.
+
+    Raises
+    ------
+    InputError
+        If `until` lies before the checkpoint, or the store's case cannot be used any more.
+    StoreError
+        If there is no usable run at `path`, or another process is writing it.
     """
-    with RunStore.open(path, mode="a") as store:
-        case = json.loads(store.attributes["case"])
+    with _reproducible(), stop_on_signal() as wish, RunStore.open(path, mode="a") as store:
+        case = stored_case(store)
         end = float(case["stepping"]["until"]) if until is None else checks.positive("until", until)
         if problem is None:
             problem = problem_from_tables(case, allow_python=allow_python)
-        arrays, meta = store.checkpoint()
         stepper = PaperStepper(problem)
-        carry = Carry.restored(int(meta["step"]), arrays)
-        if stepper.time(carry.step) >= end:
-            status = Status(**store.status)
-        else:
-            store.truncate(meta["lengths"])
-            recorder = Recorder(store, stepper, Schedule(**case["record"]))
-            status = _unthreaded(lambda: _advance(recorder, stepper, carry, end, watch))
+        carry = _last_carry(store, stepper, problem, case)
+        now = stepper.time(carry.step)
+        if until is not None and end < now * (1.0 - 1e-9):
+            raise InputError("until", f"a time after t = {now:g}, where the run is", end)
+        _note_resumption(store, case, end, now)
+        recorder = Recorder(store, stepper, Schedule(**case["record"]))
+        status = advance(recorder, stepper, carry, Goal(end, wish, watch))
     return Result(open_run(path), status, problem, Path(path))
+
+
+def stored_case(store: RunStore) -> Table:
+    """Return the resolved case of a run as tables."""
+    try:
+        return json.loads(store.attributes["case"])
+    except (KeyError, TypeError, ValueError):
+        raise StoreError(
+            str(store.path), "a run with its case", "one without", "It cannot be resumed."
+        ) from None
 
 
 def nodal_positions(initial: Initial, problem: Problem) -> Positions:
@@ -184,10 +189,11 @@ def nodal_positions(initial: Initial, problem: Problem) -> Positions:
     return np.stack([curve.at_fractions(sigma) for curve in curves])
 
 
-def _unthreaded(work: Callable[[], Any]) -> Any:
-    """Do `work` with BLAS on one thread: bitwise reproducible, and no slower at these sizes."""
+@contextmanager
+def _reproducible() -> Iterator[None]:
+    """Keep BLAS on one thread: bitwise reproducible, and no slower at these sizes."""
     with threadpool_limits(1, user_api="blas"), np.errstate(all="ignore"):
-        return work()
+        yield
 
 
 def _attributes(
@@ -204,71 +210,41 @@ def _attributes(
     }
 
 
-def _start(
-    sink: Sink,
-    stepper: PaperStepper,
-    record: Schedule,
-    carry: Carry,
-    until: float,
-    watch: Watch | None,
-) -> Status:
-    recorder = Recorder(sink, stepper, record)
-    recorder.start(carry)
-    return _unthreaded(lambda: _advance(recorder, stepper, carry, until, watch))
+def _last_carry(store: RunStore, stepper: PaperStepper, problem: Problem, case: Table) -> Carry:
+    """Return the carry of the last checkpoint, records behind it dropped.
+
+    A run killed before its first checkpoint starts again from the initial shapes of its case.
+    """
+    checkpoint = store.checkpoint()
+    if checkpoint is None:
+        if "initial" not in case:
+            raise StoreError(
+                str(store.path),
+                "a run with a checkpoint",
+                "one that was killed before its first",
+                "Start it again, with overwrite.",
+            )
+        initial = choose(INITIALS, case["initial"], "initial")
+        store.truncate(dict.fromkeys(store.lengths, 0))
+        return stepper.init(nodal_positions(initial.curves(problem.fibers), problem))
+    shape = checkpoint.arrays["x"].shape
+    expected = (len(problem.fibers), 3, problem.engine.intervals + 1)
+    if shape != expected:
+        raise InputError("problem", f"the problem of the run, with positions {shape}", expected)
+    store.truncate(checkpoint.lengths)
+    return Carry.restored(int(checkpoint.meta["step"]), checkpoint.arrays)
 
 
-def _advance(
-    recorder: Recorder, stepper: PaperStepper, carry: Carry, until: float, watch: Watch | None
-) -> Status:
-    """Step until the end, a wish to stop, or failure; commit what there is; return the status."""
-    steps = ceil(until / stepper.time(1) - 1e-9)
-    with stop_on_signal() as wish:
-        while carry.step < steps:
-            try:
-                ahead, report = stepper.step(carry)
-                error = _length_error(ahead, stepper)
-            except np.linalg.LinAlgError:
-                error = np.inf
-            if not error < LARGEST_LENGTH_ERROR:
-                status = _failed(stepper, carry)
-                recorder.commit(None, status)
-                return status
-            carry = ahead
-            recorder.step(carry, report)
-            if watch is not None:
-                watch(Moment(report.time, until, report.step_size, error))
-            if wish.stop and carry.step < steps:
-                status = Status(
-                    "interrupted", report.time, "Stopped on request", "Continue with resume"
-                )
-                recorder.commit(carry, status)
-                return status
-    end = stepper.time(carry.step)
-    note = ""
-    if abs(end - until) > 1e-9 * until:
-        note = f"The step does not divide until = {until:g}; stopped at the next one"
-    status = Status("done", end, note)
-    recorder.commit(carry, status)
-    return status
-
-
-def _length_error(carry: Carry, stepper: PaperStepper) -> float:
-    """Return the largest relative error of the polygons' lengths; infinite if not finite."""
-    chords = np.linalg.norm(np.diff(carry.x, axis=2), axis=1).sum(axis=1)
-    lengths = np.array([f.grid.length for f in stepper.fibers])
-    error = float(np.max(np.abs(chords - lengths) / lengths))
-    return error if np.isfinite(error) and np.isfinite(carry.slow).all() else np.inf
-
-
-def _failed(stepper: PaperStepper, carry: Carry) -> Status:
-    return Status(
-        "failed",
-        stepper.time(carry.step),
-        "The solution blew up in the next step: a fiber's length is off by more than "
-        f"{LARGEST_LENGTH_ERROR:.0%} or not finite. What came before is kept",
-        "Take a smaller stepping.dt or more discretization.intervals; 'stokesfibers check' "
-        "shows doubtful choices",
+def _note_resumption(store: RunStore, case: Table, until: float, now: float) -> None:
+    """Write who resumed, and the new end, into the attributes; valid with the next commit."""
+    before = json.loads(store.attributes.get("resumed", "[]"))
+    case["stepping"]["until"] = until
+    store.set_attributes(
+        {
+            "case": json.dumps(case),
+            "resumed": json.dumps([*before, {"from_time": now, **provenance()}]),
+        }
     )
 
 
-__all__ = ["Moment", "Result", "StoreError", "nodal_positions", "resume", "simulate"]
+__all__ = ["Moment", "Result", "nodal_positions", "resume", "simulate", "stored_case"]

@@ -1,0 +1,145 @@
+"""The loop of a run: step, judge, record, and stop at the end, on request or on failure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+
+from stokesfibers.core.errors import InputError, StoreError
+from stokesfibers.core.status import Status
+from stokesfibers.run.interrupt import Wish
+from stokesfibers.run.recorder import Recorder
+from stokesfibers.stepping.paper import Carry, PaperStepper
+
+LARGEST_LENGTH_ERROR = 0.2
+"""A fiber whose length is off by more than this fraction is no longer a solution."""
+_ROUNDING = 1e-9  # of a step: an end that falls on a step must not ask for one more
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What somebody watching a run is told after each step.
+
+    Attributes
+    ----------
+    time, until
+        Simulated time now and at the end.
+    step_size
+        Length of the step just taken.
+    length_error
+        Largest relative length error of a fiber, from its chords.
+    """
+
+    time: float
+    until: float
+    step_size: float
+    length_error: float
+
+
+Watch = Callable[[Moment], None]
+
+
+@dataclass(frozen=True)
+class Goal:
+    """How far to go, who watches, and who may ask to stop.
+
+    Attributes
+    ----------
+    until
+        Time to stop; the run ends with the first step that reaches it.
+    wish
+        Looked at after each step.
+    watch
+        Called after each step, or None.
+    """
+
+    until: float
+    wish: Wish
+    watch: Watch | None = None
+
+
+def advance(recorder: Recorder, stepper: PaperStepper, carry: Carry, goal: Goal) -> Status:
+    """Step until the end, a wish to stop, or failure; commit what there is; return the status.
+
+    At step 0 the initial state is recorded first.
+
+    A store that can no longer be written ends the run as a failure: what was committed before is
+    intact, but the stored status stays that of the last commit.
+    """
+    try:
+        if carry.step == 0:
+            recorder.start(carry)
+        status, last = _advance(recorder, stepper, carry, goal)
+        recorder.commit(last, status)
+    except StoreError as error:
+        return Status(
+            "failed",
+            recorder.committed,
+            f"The run can no longer be written: {error.got}. What was stored until this time is "
+            "kept",
+            error.hint,
+        )
+    return status
+
+
+def _advance(
+    recorder: Recorder, stepper: PaperStepper, carry: Carry, goal: Goal
+) -> tuple[Status, Carry | None]:
+    """Return the final status and the carry to store with it, if a new one is wanted."""
+    steps = ceil(goal.until / stepper.time(1) - _ROUNDING)
+    while carry.step < steps:
+        if goal.wish.stop:
+            now = stepper.time(carry.step)
+            return Status("interrupted", now, "Stopped on request", "Continue with resume"), carry
+        try:
+            ahead, report = stepper.step(carry)
+            error = length_error(ahead, stepper)
+        except np.linalg.LinAlgError:
+            return _blown_up(stepper, carry), None
+        except InputError as fault:
+            return _flow_failed(stepper, carry, fault), None
+        if not error < LARGEST_LENGTH_ERROR:
+            return _blown_up(stepper, carry), None
+        carry = ahead
+        recorder.step(carry, report)
+        if goal.watch is not None:
+            goal.watch(Moment(report.time, goal.until, report.step_size, error))
+    return _done(stepper.time(carry.step), goal.until), carry
+
+
+def length_error(carry: Carry, stepper: PaperStepper) -> float:
+    """Return the largest relative error of the polygons' lengths; infinite if not finite."""
+    chords = np.linalg.norm(np.diff(carry.x, axis=2), axis=1).sum(axis=1)
+    lengths = np.array([f.grid.length for f in stepper.fibers])
+    error = float(np.max(np.abs(chords - lengths) / lengths))
+    return error if np.isfinite(error) and np.isfinite(carry.slow).all() else np.inf
+
+
+def _done(end: float, until: float) -> Status:
+    note = ""
+    if end - until > _ROUNDING * until:
+        note = f"The step does not divide until = {until:g}; the run ended with the next step"
+    return Status("done", end, note)
+
+
+def _blown_up(stepper: PaperStepper, carry: Carry) -> Status:
+    return Status(
+        "failed",
+        stepper.time(carry.step),
+        "The solution blew up in the next step: a fiber's length is off by more than "
+        f"{LARGEST_LENGTH_ERROR:.0%} or not finite. What came before is kept",
+        "Take a smaller stepping.dt or more discretization.intervals; 'stokesfibers check' "
+        "shows doubtful choices",
+    )
+
+
+def _flow_failed(stepper: PaperStepper, carry: Carry, fault: InputError) -> Status:
+    return Status(
+        "failed",
+        stepper.time(carry.step),
+        f"The background flow cannot be used in the next step. {fault} What came before is kept",
+        "Mend the function and start a new run",
+    )

@@ -1,0 +1,150 @@
+"""Each compiled kernel against its slow twin, and both against the continuous operators (24)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from reference import twins
+from support import assert_close, assert_order, helical_curve
+
+from stokesfibers.constraint.line_tension import tension_system
+from stokesfibers.slender.discrete import DiscreteFiber
+from stokesfibers.slender.mobility import NonLocal, slenderness_constant
+from stokesfibers.slender.regularization import (
+    ConstantRegularization,
+    NoRegularization,
+    PaperRegularization,
+    SpheroidalRegularization,
+)
+
+N = 10
+REGULARIZATIONS = [PaperRegularization(), ConstantRegularization(), SpheroidalRegularization()]
+by_kind = pytest.mark.parametrize("regularization", REGULARIZATIONS, ids=lambda r: r.kind)
+
+
+def build(regularization, intervals: int, eps: float = 0.02, length: float = 1.0) -> DiscreteFiber:
+    return DiscreteFiber.build(
+        length, eps, rigidity=1.0, intervals=intervals, mobility=NonLocal(regularization)
+    )
+
+
+@pytest.fixture(scope="module")
+def rough() -> np.ndarray:
+    """Positions (node, space) of a bent curve whose nodes are not quite at equal arclengths."""
+    noise = np.random.default_rng(7).normal(size=(N + 1, 3))
+    return helical_curve().nodes(N).T + 2e-3 * noise
+
+
+@pytest.fixture(scope="module")
+def force() -> np.ndarray:
+    return np.random.default_rng(8).normal(size=(N + 1, 3))
+
+
+def test_differences_are_those_of_the_appendix(rough):
+    shape = build(PaperRegularization(), N).shape(rough.T)
+    for order, values in enumerate((shape.xs, shape.xss, shape.xsss, shape.xssss), start=1):
+        assert_close(values, (twins.differences(order, N) @ rough).T, rtol=1e-13)
+
+
+@by_kind
+@pytest.mark.parametrize("eps", [0.02, 1e-3])
+def test_finite_part_is_the_quadrature_of_30_to_32(regularization, eps, rough, force):
+    fiber = build(regularization, N, eps)
+    found = fiber.finite_part(fiber.shape(rough.T), force.T)
+    assert_close(found.T, twins.finite_part(rough, fiber.weights.delta, force), rtol=1e-10)
+
+
+def test_unregularised_finite_part_is_the_quadrature_of_30_to_32(rough, force):
+    fiber = build(NoRegularization(), N)
+    found = fiber.finite_part(fiber.shape(rough.T), force.T)
+    assert_close(found.T, twins.finite_part(rough, np.zeros(N + 1), force), rtol=1e-10)
+
+
+def test_finite_part_has_no_unit_of_length(rough, force):
+    one, five = build(PaperRegularization(), N), build(PaperRegularization(), N, length=5.0)
+    expected = one.finite_part(one.shape(rough.T), force.T)
+    assert_close(five.finite_part(five.shape(5.0 * rough.T), force.T), expected, rtol=1e-13)
+
+
+def test_evolution_matrix_is_its_twin(rough):
+    fiber = build(PaperRegularization(), N)
+    factor = 3e-7
+    found = fiber.evolution_matrix(fiber.shape(rough.T), factor)
+    c = slenderness_constant(0.02)
+    expected = twins.evolution_matrix(
+        rough, fiber.weights.delta, a=2.0 - c, b=-(2.0 + c), factor=factor
+    )
+    assert_close(found, expected, rtol=1e-10)
+    # The part beside the identity, which a small factor would hide.
+    eye = np.eye(3 * (N + 1))
+    assert_close((found - eye) / factor, (expected - eye) / factor, rtol=1e-10)
+
+
+@by_kind
+@pytest.mark.parametrize("eps", [0.02, 1e-3])
+def test_tension_coupling_is_the_quadrature_of_37_and_38(regularization, eps, rough):
+    fiber = build(regularization, N, eps)
+    w = fiber.weights
+    matrix, bending = fiber.tension_coupling(fiber.shape(rough.T))
+    assert_close(matrix[1:-1], twins.tension_matrix(rough, w.delta_half, w.phi_0), rtol=1e-10)
+    expected = twins.bending_term(rough, w.delta, w.delta_half, w.phi_0)
+    assert_close(bending[1:-1], expected, rtol=1e-10)
+
+
+def test_unregularised_tension_coupling_of_a_straight_fiber():
+    fiber = build(NoRegularization(), N)
+    x = np.outer(np.linspace(-0.5, 0.5, N + 1), [0.6, 0.0, 0.8])
+    matrix, bending = fiber.tension_coupling(fiber.shape(x.T))
+    expected = twins.tension_matrix(x, np.zeros(N), 0.0)
+    assert_close(matrix[1:-1], expected, rtol=1e-10)
+    assert np.abs(bending).max() < 1e-6 * np.abs(matrix).max()
+
+
+def test_the_splitting_constant_of_37_is_the_integral_at_the_middle():
+    for regularization in REGULARIZATIONS:
+        w = build(regularization, 20).weights
+        d = 0.04 if regularization.kind != "spheroidal" else 0.08 * np.sqrt(0.25 + 0.0016)
+        printed = np.log((0.5 + np.hypot(0.5, d)) ** 2 / d**2)
+        assert w.phi_0 == pytest.approx(printed, rel=1e-14)
+
+
+# --- against the continuous operators ---------------------------------------------------------
+
+TENSION = np.polynomial.Polynomial([0.0, 1.0, 0.6, -3.2, 1.6])  # zero at 0 and at 1
+SAMPLES = np.array([0.04, 0.06, 0.1, 0.24, 0.5, 0.62, 0.84, 0.96])
+
+
+def tensile_force(curve, s):
+    return TENSION.deriv()(s) * curve(s, 1) + TENSION(s) * curve(s, 2)
+
+
+def stretching_of_finite_part(curve, force, regularization, eps):
+    """Return x_s . d/ds K_delta[force] at SAMPLES, differentiating an interpolant along s."""
+    cheb = np.cos(np.pi * (np.arange(9) + 0.5) / 9)
+    out = []
+    for s in SAMPLES:
+        # delta(s) of (16) is only C^1 at 0.1, 0.9: interpolate on one side of it, s at the edge.
+        width = 0.01
+        low = s if s == regularization_kink(regularization) else s - 0.5 * width
+        places = low + 0.5 * width * (cheb + 1.0)
+        delta = regularization.delta(places, eps)
+        values = np.stack(
+            [
+                twins.continuous_finite_part(curve, force, float(p), float(d))
+                for p, d in zip(places, delta, strict=True)
+            ]
+        )
+        poly = np.polynomial.chebyshev.Chebyshev.fit(places, values[:, 0], 8)
+        slopes = [
+            np.polynomial.chebyshev.Chebyshev.fit(
+                places, values[:, d], 8, domain=[low, low + width]
+            ).deriv()(s)
+            for d in range(3)
+        ]
+        del poly
+        out.append(curve(s, 1) @ np.array(slopes))
+    return np.array(out)
+
+
+def regularization_kink(regularization) -> float:
+    return regularization.ramp if regularization.kind == "paper" else -1.0

@@ -1,0 +1,161 @@
+"""A full disk at any write: the last commit stays readable and the error says what to do."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stokesfibers.core.errors import StoreError
+from stokesfibers.core.variables import lookup
+from stokesfibers.io import atomic
+from stokesfibers.io.checkpoint import Checkpoint
+from stokesfibers.io.layout import ArrayLayout
+from stokesfibers.io.reader import open_run
+from stokesfibers.io.store import RunStore
+
+LAYOUT = {
+    f"observables/{name}": ArrayLayout(lookup("observables", name), tail)
+    for name, tail in {"time": (), "extra_stress": (3, 3), "shear_stress": ()}.items()
+}
+
+
+def _records(start: int, count: int) -> dict[str, np.ndarray]:
+    index = np.arange(start, start + count, dtype=float)
+    return {key: np.multiply.outer(index + 0.5, np.ones(a.shape_tail)) for key, a in LAYOUT.items()}
+
+
+def _checkpoint(number: int) -> Checkpoint:
+    return Checkpoint({"a": np.full(50, number + 0.25), "b": np.arange(9)}, {"number": number})
+
+
+def _fail_at(monkeypatch: pytest.MonkeyPatch, turn: int) -> Callable[[], int]:
+    """Make the write number `turn` break off half-way; return a counter of writes."""
+    count = 0
+    real = atomic._write
+
+    def write(fd: int, data: memoryview) -> None:
+        nonlocal count
+        count += 1
+        if count == turn:
+            real(fd, data[: len(data) // 2])
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        real(fd, data)
+
+    monkeypatch.setattr(atomic, "_write", write)
+    return lambda: count
+
+
+def _state(path: Path) -> tuple[int, int, bytes]:
+    """Return length, number of the checkpoint and a fingerprint of the data, all verified."""
+    data = open_run(path)["observables"].to_dataset().load()
+    expected = _records(0, data.sizes["time"])
+    for key, values in expected.items():
+        np.testing.assert_array_equal(data[key.split("/")[1]], values, strict=False)
+    saved = RunStore.open(path).checkpoint()
+    if saved is None:
+        return data.sizes["time"], -1, b""
+    expected_saved = _checkpoint(saved.meta["number"])
+    for name, values in expected_saved.arrays.items():
+        np.testing.assert_array_equal(saved.arrays[name], values, strict=True)
+    return data.sizes["time"], saved.meta["number"], saved.arrays["a"].tobytes()
+
+
+@pytest.mark.parametrize("had_checkpoint", [False, True])
+def test_full_disk_during_a_flush(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, had_checkpoint: bool
+) -> None:
+    turn = 0
+    failures = 0
+    while True:
+        turn += 1
+        path = tmp_path / f"run{turn}.zarr"
+        with RunStore.create(path, LAYOUT, {}) as store:
+            store.append(_records(0, 3))
+            store.commit({"code": "running"}, _checkpoint(1) if had_checkpoint else None)
+            before = _state(path)
+            with monkeypatch.context() as patch:
+                counter = _fail_at(patch, turn)
+                try:
+                    store.append(_records(3, 2))
+                    store.commit({"code": "running"}, _checkpoint(2))
+                except StoreError as error:
+                    failures += 1
+                    assert os.strerror(errno.ENOSPC) in str(error)
+                    assert "ENOSPC" in str(error)
+                    assert "Free some space, then resume" in str(error)
+                    assert isinstance(error.__cause__, OSError)
+                    assert _state(path) == before
+                if counter() < turn:
+                    break
+        assert _state(path) == before
+        # With space again the run goes on where it was.
+        with RunStore.open(path, "a") as store:
+            store.append(_records(3, 2))
+            store.commit({"code": "done"}, _checkpoint(2))
+        assert _state(path)[:2] == (5, 2)
+    assert _state(path)[:2] == (5, 2)
+    # Three arrays, the checkpoint's two (in both slots the first time) and the marker.
+    assert failures == 3 + (2 if had_checkpoint else 4) + 1
+
+
+def test_failed_flush_can_be_repeated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "run.zarr"
+    with RunStore.create(path, LAYOUT, {}) as store:
+        with monkeypatch.context() as patch:
+            _fail_at(patch, 2)
+            with pytest.raises(StoreError, match="ENOSPC"):
+                store.append(_records(0, 4))
+        store.append(_records(0, 4))
+        with monkeypatch.context() as patch:
+            _fail_at(patch, 5)
+            with pytest.raises(StoreError, match="ENOSPC"):
+                store.commit({"code": "running"}, _checkpoint(1))
+        store.commit({"code": "running"}, _checkpoint(1))
+    assert _state(path)[:2] == (4, 1)
+
+
+def test_full_disk_during_truncation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "run.zarr"
+    with RunStore.create(path, LAYOUT, {}) as store:
+        store.append(_records(0, 6))
+        store.commit({"code": "running"})
+        with monkeypatch.context() as patch:
+            _fail_at(patch, 1)
+            with pytest.raises(StoreError, match="ENOSPC"):
+                store.truncate({"observables": 2})
+        assert _state(path)[0] == 6
+        assert store.lengths == {"observables": 6}
+        store.append(_records(6, 1))
+        store.commit({"code": "running"})
+    assert _state(path)[0] == 7
+
+
+def test_failed_creation_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    old = tmp_path / "old.zarr"
+    with RunStore.create(old, LAYOUT, {}) as store:
+        store.append(_records(0, 3))
+        store.commit({"code": "done"})
+    turn = 0
+    while True:
+        turn += 1
+        with monkeypatch.context() as patch:
+            counter = _fail_at(patch, turn)
+            for path, overwrite in ((old, True), (tmp_path / "new.zarr", False)):
+                try:
+                    RunStore.create(path, LAYOUT, {}, overwrite=overwrite).close()
+                except StoreError as error:
+                    assert "ENOSPC" in str(error)
+                    # The second store must fail at the same place.
+                    counter = _fail_at(patch, turn)
+        if counter() < turn:
+            break
+        assert [p.name for p in tmp_path.iterdir()] == ["old.zarr"]
+        assert _state(old)[0] == 3
+    assert turn > 8
+    assert _state(old)[0] == 0
+    assert _state(tmp_path / "new.zarr")[0] == 0
