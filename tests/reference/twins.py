@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import chebyshev
 from numpy.polynomial.legendre import leggauss
 from scipy.integrate import quad_vec
 
@@ -100,27 +101,42 @@ class Tensile:
         return np.outer(linear(self.xs, j, xi), slope) + np.outer(linear(self.xss, j, xi), value)
 
 
-def integrate(f: Callable[[int, float], np.ndarray], intervals: int, split: float) -> np.ndarray:
-    """Return the integral over [0, 1] of f(j, xi), adaptively on each interval, cut at `split`."""
-    h = 1.0 / intervals
-    total = 0.0
+def integrate(
+    f: Callable[[int, float], np.ndarray], intervals: int, split: float, *, smooth: bool
+) -> np.ndarray:
+    """Return the integral over [0, 1] of f(j, xi), interval by interval and cut at `split`.
+
+    Adaptively; for `smooth` integrands (delta = 0, the singularity divided out) by a fixed rule,
+    which keeps away from the 0/0 at `split`.
+    """
+    y, w = leggauss(40)
+    total = np.zeros(())
     for j in range(intervals):
-        at = split / h - j
-        cuts = [0.0, at, 1.0] if 0.0 < at < 1.0 else [0.0, 1.0]
+        at = split * intervals - j
+        cuts = [0.0, at, 1.0] if 1e-9 < at < 1.0 - 1e-9 else [0.0, 1.0]
         for a, b in zip(cuts, cuts[1:], strict=False):
-            value, _ = quad_vec(
-                lambda xi, j=j: np.asarray(f(j, xi)), a, b, epsabs=1e-14, epsrel=1e-13, limit=400
-            )
-            total = total + h * value
+
+            def g(xi: float, j: int = j) -> np.ndarray:
+                return np.asarray(f(j, xi))
+
+            if smooth:
+                places = a + 0.5 * (b - a) * (y + 1.0)
+                value = sum(0.5 * (b - a) * wk * g(xi) for xi, wk in zip(places, w, strict=True))
+            else:
+                value, _ = quad_vec(g, a, b, epsabs=1e-14, epsrel=1e-13, limit=400)
+            total = total + value / intervals
     return total
 
 
 def finite_part(x: np.ndarray, delta: np.ndarray, g: np.ndarray) -> np.ndarray:
-    """Return K_delta[g] of (30) at the nodes: G and g piecewise linear, (31) and I_2 by quad."""
+    """Return K_delta[g] of (30) at the nodes: G and g piecewise linear, (31) and I_2 by quad.
+
+    `g` is (node, space) or (node, space, case).
+    """
     n = len(x) - 1
     s = np.arange(n + 1) / n
     xs = differences(1, n) @ x
-    out = np.empty_like(x)
+    out = np.empty_like(g)
     for i in range(n + 1):
         nodes = np.array(
             [smooth_kernel(x[i], xs[i], s[i], x[k], s[k], delta[i]) for k in range(n + 1)]
@@ -132,14 +148,14 @@ def finite_part(x: np.ndarray, delta: np.ndarray, g: np.ndarray) -> np.ndarray:
             here = linear(g, j, xi)
             return (linear(nodes, j, xi) @ here + dyad @ (here - g[i])) / distance
 
-        out[i] = integrate(integrand, n, s[i])
+        out[i] = integrate(integrand, n, s[i], smooth=delta[i] == 0.0)
     return out
 
 
 def evolution_matrix(
     x: np.ndarray, delta: np.ndarray, *, a: float, b: float, factor: float
 ) -> np.ndarray:
-    """Return I + factor (Lambda + K_delta) D_4 column by column, unknowns (space, node).
+    """Return I + factor (Lambda + K_delta) D_4 applied to every unit vector, unknowns (space, node).
 
     Rows of nodes 0, 1, N - 1, N: D_2 x_0, D_3 x_0, D_3 x_N, D_2 x_N, times h^2 or h^3.
     """
@@ -147,19 +163,17 @@ def evolution_matrix(
     h = 1.0 / n
     d1, d2, d3, d4 = (differences(p, n) for p in range(1, 5))
     xs = d1 @ x
-    out = np.zeros((3, n + 1, 3, n + 1))
+    unit = np.zeros((n + 1, 3, 3, n + 1))  # node, space; space and node of the unknown
     for c in range(3):
-        for k in range(n + 1):
-            unit = np.zeros((n + 1, 3))
-            unit[k, c] = 1.0
-            g = d4 @ unit
-            along = np.sum(xs * g, axis=1, keepdims=True)
-            moved = a * g + b * along * xs + finite_part(x, delta, g)
-            rows = unit + factor * moved
-            rows[0], rows[1] = h**2 * (d2 @ unit)[0], h**3 * (d3 @ unit)[0]
-            rows[n - 1], rows[n] = h**3 * (d3 @ unit)[n], h**2 * (d2 @ unit)[n]
-            out[:, :, c, k] = rows.T
-    return out.reshape(3 * (n + 1), 3 * (n + 1))
+        unit[:, c, c, :] = np.eye(n + 1)
+    unit = unit.reshape(n + 1, 3, -1)
+    g = np.einsum("jk,kcu->jcu", d4, unit)
+    along = np.einsum("jc,jcu->ju", xs, g)
+    rows = unit + factor * (a * g + b * xs[:, :, None] * along[:, None] + finite_part(x, delta, g))
+    for row, order, scale, at in ((0, d2, h**2, 0), (1, d3, h**3, 0), (-2, d3, h**3, n)):
+        rows[row] = scale * np.einsum("k,kcu->cu", order[at], unit)
+    rows[-1] = h**2 * np.einsum("k,kcu->cu", d2[n], unit)
+    return rows.transpose(1, 0, 2).reshape(3 * (n + 1), 3 * (n + 1))
 
 
 def tension_matrix(x: np.ndarray, delta_half: np.ndarray, phi_0: float) -> np.ndarray:
@@ -188,7 +202,8 @@ def tension_matrix(x: np.ndarray, delta_half: np.ndarray, phi_0: float) -> np.nd
             here = g(j, xi)
             return (linear(nodes, j, xi) @ here + dyad @ (here - own)) / distance
 
-        half.append(integrate(integrand, n, place) + phi_0 * dyad @ own)
+        value = integrate(integrand, n, place, smooth=delta == 0.0)
+        half.append(value + phi_0 * dyad @ own)
     return np.array([-(xs[j] @ (half[j] - half[j - 1])) / h for j in range(1, n)])
 
 
@@ -220,7 +235,7 @@ def bending_term(
             ]
             return np.array(values) / np.hypot((j + xi) / n - place, delta_p)
 
-        value = integrate(integrand, n, place)
+        value = integrate(integrand, n, place, smooth=delta_p == 0.0)
         first.append(value[:3])
         second.append(value[3] + phi_0 * own)
         third.append(value[4])
@@ -234,7 +249,7 @@ def bending_term(
             xs[j] @ (first[j] - first[j - 1]) / h
             - 6.0 * (second[j] - second[j - 1]) / h
             - 2.0 * (third[j] - third[j - 1]) / h
-            - xss[j] @ integrate(rest, n, s[j])
+            - xss[j] @ integrate(rest, n, s[j], smooth=delta[j] == 0.0)
             + 6.0 * phi_0 * (xss[j] @ xssss[j] + xsss[j] @ xsss[j])
         )
     return out
@@ -266,5 +281,19 @@ def continuous_finite_part(position, force, s: float, delta: float) -> np.ndarra
     along = np.sum(r * f, axis=0) / np.where(r2 > 0.0, r2, 1.0)
     first = (f + r * along) / np.sqrt(r2 + delta**2)
     local = own + tangent * (tangent @ own)
-    second = local[:, None] / np.hypot(s - other, delta)
-    return (first - second) @ weight
+    return (first - local[:, None] / np.hypot(s - other, delta)) @ weight
+
+
+def continuous_stretching(position, force, s: float, delta: Callable) -> float:
+    """Return x_s . d/ds K_delta[force] at s, by an interpolant of degree 8 around s.
+
+    delta(s) must be smooth within 0.005 of s.
+    """
+    window = 0.005
+    y = np.cos(np.pi * (np.arange(9) + 0.5) / 9)
+    values = [
+        continuous_finite_part(position, force, place, float(delta(np.array(place))))
+        for place in s + window * y
+    ]
+    slopes = chebyshev.chebder(chebyshev.chebfit(y, np.array(values), 8)) / window
+    return float(position(s, 1) @ chebyshev.chebval(0.0, slopes))

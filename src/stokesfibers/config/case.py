@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -12,9 +13,12 @@ from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import Table, as_table, build, choose, refuse_unknown, to_table
 from stokesfibers.fiber.initial import INITIALS, AbstractInitial, FromFile, NearlyStraight
+from stokesfibers.problem.flow_tables import resolved_flow
 from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import TABLES, problem_from_tables, problem_to_tables
 from stokesfibers.run.schedule import Schedule
+
+_PART = re.compile(r"(?P<key>[A-Za-z0-9_-]+)(?P<places>(\[\d+\])*)")
 
 
 @dataclass(frozen=True)
@@ -31,16 +35,20 @@ class Case:
         Time to stop.
     record
         What is recorded when.
+    flow
+        The resolved table [flow]; Python files have absolute paths and checksums.
     """
 
     problem: Problem
     initial: AbstractInitial
     until: float
     record: Schedule
+    flow: Table
 
     def tables(self) -> Table:
         """Return the resolved case as tables, with every default spelled out."""
         tables = problem_to_tables(self.problem)
+        tables["flow"] = self.flow
         tables["stepping"]["until"] = self.until
         tables["initial"] = to_table(self.initial)
         tables["record"] = to_table(self.record)
@@ -88,28 +96,68 @@ def read_tables(file: Path) -> Table:
 
 
 def apply_setting(tables: Table, setting: str) -> None:
-    """Change `tables` by ``"table.key=value"``; a value that is not TOML is taken as text."""
+    """Change `tables` by ``"table.key=value"``; a value that is not TOML is taken as text.
+
+    Paths are those of error messages: ``fiber.length``, or ``fiber[0].length`` in a list.
+
+    Raises
+    ------
+    InputError
+        If the text has another form or its path leads through something that is no table.
+    """
     path, separator, text = setting.partition("=")
-    keys = [k.strip() for k in path.split(".")]
-    if not separator or not all(keys):
+    steps = _steps(path) if separator else []
+    if not steps or not isinstance(steps[-1], str):
         raise InputError("--set", "table.key=value", repr(setting))
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
         value = text.strip()
-    table: Any = tables
-    for depth, key in enumerate(keys[:-1]):
-        table = table.setdefault(key, {}) if isinstance(table, dict) else None
-        if isinstance(table, list) and len(table) == 1:
-            table = table[0]
-        if not isinstance(table, dict):
-            where = ".".join(keys[: depth + 1])
-            raise InputError("--set", f"'{where}' to be a table", repr(setting))
+    table = _table_at(tables, steps[:-1], setting)
+    key = steps[-1]
     # The two ways to say the same thing exclude each other: the new one replaces the old.
     for one, other in (("mu_bar", "viscosity"), ("slenderness", "radius")):
-        if keys[-1] in (one, other):
-            table.pop(other if keys[-1] == one else one, None)
-    table[keys[-1]] = value
+        if key in (one, other):
+            table.pop(other if key == one else one, None)
+    table[key] = value
+
+
+def _steps(path: str) -> list[str | int]:
+    """Return the keys and list places of ``a.b[0].c``; empty if it is none."""
+    steps: list[str | int] = []
+    for part in path.split("."):
+        match = _PART.fullmatch(part.strip())
+        if match is None:
+            return []
+        steps.append(match["key"])
+        steps.extend(int(place) for place in re.findall(r"\[(\d+)\]", match["places"]))
+    return steps
+
+
+def _table_at(tables: Table, steps: list[str | int], setting: str) -> Table:
+    """Return the table that `steps` lead to, made if it is not there."""
+    found: Any = tables
+    for depth, step in enumerate(steps):
+        if isinstance(found, list) and isinstance(step, str) and len(found) == 1:
+            found = found[0]
+        if isinstance(found, list) and isinstance(step, int) and step < len(found):
+            found = found[step]
+        elif isinstance(found, dict) and isinstance(step, str):
+            found = found.setdefault(step, {})
+        else:
+            where = steps[:depth] or [step]
+            raise InputError("--set", f"'{_path(where)}' to hold tables", repr(setting))
+    if isinstance(found, list) and len(found) == 1:
+        found = found[0]
+    if not isinstance(found, dict):
+        hint = f"Say which one: {_path([*steps, 0])}." if isinstance(found, list) else ""
+        raise InputError("--set", f"'{_path(steps)}' to be a table", repr(setting), hint)
+    return found
+
+
+def _path(steps: list[str | int]) -> str:
+    parts = [f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps]
+    return "".join(parts).removeprefix(".")
 
 
 def case_from_tables(
@@ -124,11 +172,12 @@ def case_from_tables(
         "initial",
     )
     if isinstance(initial, FromFile):
-        initial = replace(initial, path=str(folder / initial.path))
+        initial = replace(initial, path=str((folder / initial.path).resolve()))
     stepping = as_table(tables.get("stepping", {}), "stepping")
     if "until" not in stepping:
         raise InputError("stepping.until", "the time to stop", "nothing")
     until = checks.positive("stepping.until", stepping["until"])
     record = as_table(tables.get("record", {}), "record")
     record.setdefault("positions_every", until / 200.0)
-    return Case(problem, initial, until, build(Schedule, record, "record"))
+    flow = resolved_flow(problem.flow, tables.get("flow", {}), folder)
+    return Case(problem, initial, until, build(Schedule, record, "record"), flow)

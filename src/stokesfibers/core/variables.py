@@ -141,7 +141,7 @@ _NUMERICS: tuple[tuple[str, tuple[str, ...], str, str, str, str], ...] = (
     ("order", ("step",), "1", "k", "order of the step", "int64"),
     ("rejected", ("step",), "1", "n_r", "rejected tries of the step", "int64"),
     ("iterations", ("step",), "1", "n_i", "tension iterations", "int64"),
-    ("wall_time", ("step", "stage"), "seconds", "t_w", "wall time by stage", "float64"),
+    ("wall_time", ("step", "stage"), "s", "t_w", "wall time by stage", "float64"),
 )
 
 for _name, _dims, *_rest in _TRAJECTORY:

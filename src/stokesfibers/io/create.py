@@ -22,6 +22,7 @@ def create_folder(
     layout: Mapping[str, ArrayLayout],
     attributes: Mapping[str, Any],
     labels: Mapping[str, Sequence[str]],
+    *,
     overwrite: bool,
 ) -> int:
     """Make the store described in `RunStore.create` and return its lock.

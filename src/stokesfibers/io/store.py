@@ -15,17 +15,10 @@ from pathlib import Path
 from typing import Any, Literal, Self, final
 
 from stokesfibers.core.errors import StoreError
+from stokesfibers.io import checkpoint as slots
 from stokesfibers.io import lock, marker
 from stokesfibers.io.atomic import disk_errors, write_atomic
-from stokesfibers.io.checkpoint import (
-    Checkpoint,
-    check_unchanged,
-    damaged,
-    digest,
-    prepare,
-    read_slot,
-    write_slot,
-)
+from stokesfibers.io.checkpoint import Checkpoint
 from stokesfibers.io.create import create_folder
 from stokesfibers.io.layout import ArrayLayout, checkpoint_docs
 from stokesfibers.io.records import RecordArray, count_records
@@ -84,7 +77,8 @@ class RunStore:
             If the layout contradicts itself or the attributes are not JSON-ready.
         """
         where = Path(path).resolve()
-        return cls(where, create_folder(where, layout, attributes, labels or {}, overwrite))
+        fd = create_folder(where, layout, attributes, labels or {}, overwrite=overwrite)
+        return cls(where, fd)
 
     @classmethod
     def open(cls, path: str | Path, mode: Literal["r", "a"] = "r") -> Self:
@@ -115,7 +109,8 @@ class RunStore:
         return store
 
     def _load(self) -> None:
-        self._docs, attributes = marker.read(self.path)
+        docs, attributes = marker.read(self.path)
+        self._docs: marker.Docs = docs
         self._marked = {key: attributes.get(key) for key in ("status", "checkpoint")}
         self._attributes = {k: v for k, v in attributes.items() if k not in marker.RESERVED}
         self._arrays = {
@@ -187,7 +182,7 @@ class RunStore:
         docs = self._docs
         if checkpoint is not None:
             docs, marked["checkpoint"] = self._write_checkpoint(checkpoint)
-        self._mark(marker.with_lengths(docs, self._appended), marked)
+        self._mark(docs, marked, self._appended)
 
     def truncate(self, lengths: Mapping[str, int]) -> None:
         """Drop the records behind the first ones; valid at once.
@@ -212,11 +207,11 @@ class RunStore:
                     f"group {group} cannot be cut to {length} records: it has {have}, and the "
                     f"checkpoint goes with {least.get(group, 0)}"
                 )
-        self._appended = {**self._lengths, **lengths}
-        self._mark(marker.with_lengths(self._docs, self._appended), self._marked)
-        # The copies must not call valid what is overwritten next.
+        kept = {**self._lengths, **lengths}
+        # The copies first: they must never call valid what is overwritten later.
         with disk_errors(self.path):
-            marker.write_copies(self.path, self._docs)
+            marker.write_copies(self.path, marker.with_lengths(self._docs, kept))
+        self._mark(self._docs, self._marked, kept)
 
     def checkpoint(self) -> Checkpoint | None:
         """Return the last checkpoint, or None if none was taken.
@@ -231,9 +226,11 @@ class RunStore:
             if entry is None:
                 return None
             try:
-                arrays = read_slot(self.path, entry["slot"], self._docs)
-                if digest(arrays, entry["meta"]) != entry["sha256"]:
-                    raise damaged(self.path, f"checksum of slot {entry['slot']} does not match")
+                arrays = slots.read_slot(self.path, entry["slot"], self._docs)
+                if slots.digest(arrays, entry["meta"]) != entry["sha256"]:
+                    raise slots.damaged(
+                        self.path, f"checksum of slot {entry['slot']} does not match"
+                    )
                 return Checkpoint(arrays, entry["meta"], entry["lengths"])
             except StoreError:
                 # While we read, a live run may have moved on and reused the slot.
@@ -261,36 +258,38 @@ class RunStore:
         if self._unlock is None or not self._unlock.alive:
             raise StoreError(str(self.path), "a store open for writing", "one closed or read-only")
 
-    def _write_checkpoint(
-        self, checkpoint: Checkpoint
-    ) -> tuple[Mapping[str, Mapping[str, Any]], dict[str, Any]]:
-        arrays = prepare(checkpoint.arrays)
+    def _write_checkpoint(self, checkpoint: Checkpoint) -> tuple[marker.Docs, dict[str, Any]]:
+        arrays = slots.prepare(checkpoint.arrays)
         meta = marker.json_ready(checkpoint.meta, "checkpoint meta")
         last = self._marked["checkpoint"]
         if last is None:
             docs = {**self._docs, **checkpoint_docs(arrays)}
         else:
             docs = self._docs
-            check_unchanged(arrays, docs)
+            slots.check_unchanged(arrays, docs)
         slot = 0 if last is None else 1 - last["slot"]
         with disk_errors(self.path):
-            write_slot(self.path, slot, arrays)
+            slots.write_slot(self.path, slot, arrays)
             if last is None:
                 # The other slot must not show fill values to readers.
-                write_slot(self.path, 1, arrays)
+                slots.write_slot(self.path, 1, arrays)
         entry = {
             "slot": slot,
-            "sha256": digest(arrays, meta),
+            "sha256": slots.digest(arrays, meta),
             "meta": meta,
             "lengths": dict(self._appended),
         }
         return docs, entry
 
     def _mark(
-        self, docs: Mapping[str, Mapping[str, Any]], marked: Mapping[str, dict[str, Any] | None]
+        self,
+        docs: marker.Docs,
+        marked: Mapping[str, dict[str, Any] | None],
+        lengths: Mapping[str, int],
     ) -> None:
+        docs = marker.with_lengths(docs, lengths)
         data = marker.encode(docs, {**self._attributes, **marked})
         with disk_errors(self.path):
             write_atomic(self.path / marker.NAME, data, sync=True)
-        self._docs, self._marked = dict(docs), dict(marked)
-        self._lengths = dict(self._appended)
+        self._docs, self._marked = docs, dict(marked)
+        self._lengths, self._appended = dict(lengths), dict(lengths)

@@ -9,15 +9,8 @@ from typing import Any
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import Table, as_table, build, choose, refuse_unknown, to_table
 from stokesfibers.fiber.parameters import Fiber
-from stokesfibers.flow import (
-    FLOWS,
-    AbstractFlow,
-    NoFlow,
-    SumOfFlows,
-    load_user_flow,
-    to_dict,
-)
 from stokesfibers.problem.engine import PaperEngine
+from stokesfibers.problem.flow_tables import Source, flow_from_table, flow_to_table
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.mobility import AbstractMobility, LocalDrag, NonLocal
 from stokesfibers.slender.regularization import REGULARIZATIONS
@@ -58,11 +51,11 @@ def problem_from_tables(
     fluid = as_table(tables.get("fluid", {}), "fluid")
     refuse_unknown(fluid, ("mu_bar", "viscosity"), "fluid")
     _check_domain(as_table(tables.get("domain", {}), "domain"))
-    flow = _flow(
-        as_table(tables.get("flow", {"kind": "none"}), "flow"), folder, allow_python, "flow"
-    )
+    fibers = _fibers(tables.get("fiber"))
+    source = Source(folder, allow_python, float(fibers[0].length))
+    flow = flow_from_table(as_table(tables.get("flow", {"kind": "none"}), "flow"), source, "flow")
     parts: dict[str, Any] = {
-        "fiber": _fibers(tables.get("fiber")),
+        "fiber": fibers,
         "flow": flow,
         "mobility": _mobility(as_table(tables.get("model", {}), "model")),
     }
@@ -80,7 +73,8 @@ def problem_from_tables(
 def problem_to_tables(problem: Problem) -> Table:
     """Return the tables that rebuild `problem`, JSON-ready, with every choice spelled out.
 
-    A flow that holds functions typed in Python cannot be rebuilt; its table names them.
+    A flow that holds functions cannot be rebuilt; its table names them and their files. For a
+    flow from a case file `flow_tables.resolved_flow` keeps what can be.
     """
     mobility = problem.mobility
     model: Table = {"mobility": mobility.kind}
@@ -92,7 +86,7 @@ def problem_to_tables(problem: Problem) -> Table:
         "engine": problem.engine.kind,
         "fiber": [to_table(kind) for kind in kinds],
         "fluid": {k: v for k, v in fluid.items() if v is not None},
-        "flow": to_dict(problem.flow),
+        "flow": flow_to_table(problem.flow),
         "domain": {"kind": "free"},
         "model": model,
         "constraint": {"beta": problem.engine.beta},
@@ -111,45 +105,6 @@ def _fibers(value: object) -> tuple[Fiber, ...]:
             build(Fiber, as_table(t, f"fiber[{k}]"), f"fiber[{k}]") for k, t in enumerate(value)
         )
     return (build(Fiber, as_table(value, "fiber"), "fiber"),)
-
-
-def _flow(table: Table, folder: Path, allow_python: bool, where: str) -> AbstractFlow:
-    kind = table.get("kind")
-    if kind == "sum":
-        refuse_unknown(table, ("kind", "flows"), where)
-        parts = table.get("flows")
-        if not isinstance(parts, list) or not parts:
-            raise InputError(f"{where}.flows", "a list of flow tables", parts)
-        return SumOfFlows(
-            tuple(
-                _flow(
-                    as_table(part, f"{where}.flows[{k}]"),
-                    folder,
-                    allow_python,
-                    f"{where}.flows[{k}]",
-                )
-                for k, part in enumerate(parts)
-            )
-        )
-    if kind == "python":
-        return _python_flow(table, folder, allow_python, where)
-    return choose({**FLOWS, "sum": SumOfFlows, "python": NoFlow}, table, where)
-
-
-def _python_flow(table: Table, folder: Path, allow_python: bool, where: str) -> AbstractFlow:
-    refuse_unknown(table, ("kind", "file", "velocity", "gradient"), where)
-    names = {k: table.get(k, k) for k in ("velocity", "gradient")}
-    for key in ("file", "velocity", "gradient"):
-        if not isinstance(table.get(key, key if key != "file" else None), str):
-            raise InputError(f"{where}.{key}", "a text", table.get(key))
-    if not allow_python:
-        raise InputError(
-            f"{where}.kind",
-            "a flow that runs no code",
-            "'python'",
-            "Add --allow-python if you trust the file.",
-        )
-    return load_user_flow(folder / table["file"], **names)
 
 
 def _check_domain(table: Table) -> None:

@@ -61,16 +61,18 @@ class Goal:
     watch: Watch | None = None
 
 
-def advance(recorder: Recorder, stepper: PaperStepper, carry: Carry, goal: Goal) -> Status:
+def advance(
+    recorder: Recorder, stepper: PaperStepper, carry: Carry, goal: Goal, *, fresh: bool = False
+) -> Status:
     """Step until the end, a wish to stop, or failure; commit what there is; return the status.
 
-    At step 0 the initial state is recorded first.
+    A fresh run, without records, gets its initial state recorded first.
 
     A store that can no longer be written ends the run as a failure: what was committed before is
     intact, but the stored status stays that of the last commit.
     """
     try:
-        if carry.step == 0:
+        if fresh:
             recorder.start(carry)
         status, last = _advance(recorder, stepper, carry, goal)
         recorder.commit(last, status)

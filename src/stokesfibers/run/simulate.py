@@ -115,10 +115,12 @@ def simulate(
         goal = Goal(until, wish, watch)
         if out is None:
             memory = MemorySink(arrays, attributes, LABELS)
-            status = advance(Recorder(memory, stepper, record), stepper, carry, goal)
+            recorder = Recorder(memory, stepper, record)
+            status = advance(recorder, stepper, carry, goal, fresh=True)
             return Result(memory.tree(), status, problem)
         with RunStore.create(out, arrays, attributes, labels=LABELS, overwrite=overwrite) as store:
-            status = advance(Recorder(store, stepper, record), stepper, carry, goal)
+            recorder = Recorder(store, stepper, record)
+            status = advance(recorder, stepper, carry, goal, fresh=True)
         return Result(open_run(out), status, problem, Path(out))
 
 
@@ -164,7 +166,8 @@ def resume(
             raise InputError("until", f"a time after t = {now:g}, where the run is", end)
         _note_resumption(store, case, end, now)
         recorder = Recorder(store, stepper, Schedule(**case["record"]))
-        status = advance(recorder, stepper, carry, Goal(end, wish, watch))
+        fresh = not store.lengths["observables"]
+        status = advance(recorder, stepper, carry, Goal(end, wish, watch), fresh=fresh)
     return Result(open_run(path), status, problem, Path(path))
 
 

@@ -115,6 +115,15 @@ def test_groups_open_by_themselves_after_close(tmp_path: Path) -> None:
     np.testing.assert_array_equal(dataset["position"], records(5)["trajectory/position"])
 
 
+def test_fixed_arrays_are_exact(tmp_path: Path) -> None:
+    path = tmp_path / "run.zarr"
+    for values in (np.full((2, 4), -0.0), np.resize(AWKWARD, (2, 4))):
+        array = ArrayLayout(lookup("trajectory", "arclength"), fixed=values)
+        layout = {**make_layout(), "trajectory/arclength": array}
+        RunStore.create(path, layout, {}, labels={"stage": "ab"}, overwrite=True).close()
+        assert_records(path, {"trajectory/arclength": values})
+
+
 def test_only_committed_records_count(tmp_path: Path) -> None:
     path = tmp_path / "run.zarr"
     store = create(path)

@@ -37,7 +37,7 @@ def test_panels_share_the_time_axis_and_are_labelled(run):
     for ax in axes:
         np.testing.assert_allclose(ax.get_xlim(), [0.0, 10.0], rtol=0, atol=1e-12)
     assert [ax.get_xlabel() for ax in axes] == ["", "", "", "time $t$"]
-    for ax, part in zip(axes, (r"\ell", r"\Delta t$ [time]", "[seconds]", "length$"), strict=True):
+    for ax, part in zip(axes, (r"\ell", r"\Delta t$ [time]", "[s]", "length$"), strict=True):
         assert part in ax.get_ylabel()
 
 

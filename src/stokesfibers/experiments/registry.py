@@ -1,0 +1,26 @@
+"""All experiments by name. Listing them imports no solver and no plotting library."""
+
+from __future__ import annotations
+
+from stokesfibers.experiments.base import Experiment
+
+_PAPER = "Tornberg & Shelley 2004"
+_TABLE = (
+    ("fig01", "A straight rod rotating in shear, without and with line tension", "Fig. 1"),
+    ("fig02", "A filament buckles in shear: shapes at mu_bar = 2e5", "Fig. 2"),
+    ("fig03", "A filament buckles in shear: shapes at mu_bar = 3e5", "Fig. 3"),
+    ("fig04", "A filament buckles in shear: shapes at mu_bar = 4e5", "Fig. 4"),
+    ("fig05", "Line tension of the buckling filament and of the straight one", "Fig. 5"),
+    ("fig06", "First normal stress difference of the buckling filament", "Fig. 6"),
+    ("fig07", "Shear stress of the buckling filament", "Fig. 7"),
+    ("fig08", "Shapes at three resolutions and orders of convergence", "Fig. 8, Section 4.1.1"),
+    ("fig09", "Length errors, and the influence of the penalisation", "Fig. 9, Section 4.1.1"),
+    ("fig14", "Eigenvalues of the unregularised operator, straight filament", "Fig. 14, B.1"),
+    ("stable_dt", "The largest stable time step of the paper's scheme", "Section 3 (no figure)"),
+)
+
+EXPERIMENTS: dict[str, Experiment] = {
+    name: Experiment(name, title, f"{_PAPER}, {place}", f"stokesfibers.experiments.{name}")
+    for name, title, place in _TABLE
+}
+"""Experiments by the name that the command ``reproduce`` takes."""

@@ -1,0 +1,126 @@
+"""The runs of Section 4.1 as records: the paper's own, and a quick set of the same kind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+
+from stokesfibers.core.arrays import Array
+from stokesfibers.fiber.initial import NearlyStraight
+from stokesfibers.fiber.parameters import Fiber
+from stokesfibers.flow import Shear
+from stokesfibers.problem.engine import BETA_PER_RATE, PaperEngine
+from stokesfibers.problem.problem import Problem
+
+EPS = 1e-3
+FRAME = 0.512
+"""A multiple of every time step in use; times to compare are counted in it from the vertical."""
+MU_BARS = (2e5, 3e5, 4e5)
+
+
+@dataclass(frozen=True)
+class Tier:
+    """What all runs of a set share.
+
+    Attributes
+    ----------
+    name
+        ``"full"`` or ``"quick"``.
+    vertical
+        Time at which the straight filament is vertical; it fixes the initial angle.
+    until
+        End of the runs.
+    amplitude
+        d_y of (47).
+    step_ratio
+        dt / h.
+    levels
+        Numbers of intervals, each twice the one before, for mu_bar up to `coarsest_up_to`.
+    coarsest_up_to
+        Largest mu_bar that the coarsest level survives.
+    """
+
+    name: str
+    vertical: float
+    until: float
+    amplitude: float
+    step_ratio: float
+    levels: tuple[int, ...]
+    coarsest_up_to: float
+
+    @property
+    def angle(self) -> float:
+        """theta_0 of the initial shape."""
+        return pi - float(np.arctan2(1.0, self.vertical))
+
+    @property
+    def observe(self) -> float:
+        """Interval between observables: the step of the coarsest level."""
+        return self.step_ratio / self.levels[0]
+
+    def at(self, frames: float | Array) -> Array:
+        """Return the times that lie `frames` frames of 0.512 after the vertical."""
+        return self.vertical + FRAME * np.asarray(frames, dtype=float)
+
+    def levels_for(self, mu_bar: float) -> tuple[int, ...]:
+        """Return the levels that can be run at `mu_bar`."""
+        return self.levels if mu_bar <= self.coarsest_up_to else self.levels[1:]
+
+
+FULL = Tier("full", 49.664, 61.44, -1e-4, 1.28, (50, 100, 200), coarsest_up_to=4e5)
+"""The paper's: dt = 1.28 / N."""
+QUICK = Tier("quick", 9.728, 21.504, -1e-3, 0.64, (20, 40, 80), coarsest_up_to=2e5)
+"""A later start with a larger perturbation, on coarse grids: buckles alike, in seconds."""
+
+
+def tier(quick: bool) -> Tier:
+    """Return the set of runs to use."""
+    return QUICK if quick else FULL
+
+
+@dataclass(frozen=True)
+class BucklingRun:
+    """One run of a nearly straight filament in unit shear.
+
+    Attributes
+    ----------
+    tier
+        What it shares with the others.
+    mu_bar
+        Effective viscosity (10).
+    intervals
+        N.
+    beta
+        Penalisation of (14).
+    """
+
+    tier: Tier
+    mu_bar: float
+    intervals: int
+    beta: float = BETA_PER_RATE
+
+    @property
+    def name(self) -> str:
+        """Name of the run's store, without its suffix."""
+        return f"{self.tier.name}-mubar{self.mu_bar:.0f}-N{self.intervals}-beta{self.beta:g}"
+
+    @property
+    def initial(self) -> NearlyStraight:
+        """The initial shape (47)."""
+        return NearlyStraight(angle=self.tier.angle, amplitude=self.tier.amplitude)
+
+    @property
+    def problem(self) -> Problem:
+        """The problem to solve."""
+        return Problem(
+            Fiber(length=1.0, slenderness=EPS, rigidity=1.0),
+            mu_bar=self.mu_bar,
+            flow=Shear(rate=1.0),
+            engine=PaperEngine(
+                intervals=self.intervals,
+                dt=self.tier.step_ratio / self.intervals,
+                beta=self.beta,
+            ),
+        )

@@ -1,0 +1,89 @@
+"""Dimensionless groups of a case: what decides whether a fiber buckles, and on which scale.
+
+The fiber's buckling is judged with the local drag model (1). A straight fiber compressed along
+itself at the rate e carries the tension T = -8 pi mu e (s (L - s)) / (4 |c|), so |T| is at most
+8 pi mu e L^2 / (16 |c|); a wave of number k grows with E k^4 - |T| k^2 below zero, fastest at
+k^2 = |T| / (2 E).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, pi, sqrt
+
+import numpy as np
+
+from stokesfibers.core.errors import InputError
+from stokesfibers.fiber.parameters import Fiber
+from stokesfibers.flow import AbstractFlow
+from stokesfibers.problem.problem import Problem
+from stokesfibers.slender.mobility import slenderness_constant
+
+BUCKLING_THRESHOLD = 153.20243
+"""8 pi mu e L^4 / (|c| E) at which the first mode grows (Becker & Shelley 2001, local drag)."""
+_GOLDEN = 0.5 * (sqrt(5.0) - 1.0)
+_TIMES = 144
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Dimensionless groups of one kind of fiber in a flow.
+
+    Attributes
+    ----------
+    eps
+        Slenderness r(L/2) / L.
+    c
+        log(eps^2 e) of (3), negative.
+    mu_bar
+        Effective viscosity (10) at the flow's rate, 8 pi mu rate L^4 / E.
+    eta
+        mu_bar / |c|, the same with the fiber's own drag.
+    compression
+        eta with the flow's largest compressive strain rate e in place of its rate, over the value
+        at which a straight fiber buckles; above 1 it buckles while it lies in that direction.
+    wavelength
+        Length of the wave that grows fastest at that compression, over the fiber's length;
+        infinite without compression.
+    """
+
+    eps: float
+    c: float
+    mu_bar: float
+    eta: float
+    compression: float
+    wavelength: float
+
+
+def groups(problem: Problem, fiber: Fiber, until: float) -> Groups:
+    """Return the groups of `fiber` in the problem's flow between times 0 and `until`."""
+    c = slenderness_constant(fiber.eps)
+    drag_over_rigidity = problem.drag * float(fiber.length) ** 4 / float(fiber.rigidity)
+    mu_bar = drag_over_rigidity * problem.flow.rate_scale()
+    squeezed = drag_over_rigidity * compressive_rate(problem.flow, until) / abs(c)
+    return Groups(
+        eps=fiber.eps,
+        c=c,
+        mu_bar=mu_bar,
+        eta=mu_bar / abs(c),
+        compression=squeezed / BUCKLING_THRESHOLD,
+        wavelength=2.0 * pi * sqrt(32.0 / squeezed) if squeezed > 0.0 else inf,
+    )
+
+
+def compressive_rate(flow: AbstractFlow, until: float) -> float:
+    """Return the largest rate of compression along any direction at the origin, 1/time.
+
+    Times are tried between 0 and `until`; half the flow's rate stands for a flow that cannot be
+    evaluated there.
+    """
+    origin = np.zeros(3)
+    largest = 0.0
+    try:
+        for k in range(_TIMES):
+            gradient = flow.gradient(origin, until * ((k * _GOLDEN) % 1.0))
+            strain = 0.5 * (gradient + gradient.T)
+            largest = max(largest, -float(np.linalg.eigvalsh(strain)[0]))
+    except InputError:
+        return 0.5 * flow.rate_scale()
+    return largest

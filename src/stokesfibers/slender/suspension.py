@@ -1,0 +1,225 @@
+"""Many fibers: what they induce on each other, (6), (25), (26), with images and close approach.
+
+Everything of one moment is gathered in `Scene`. Velocities are times 8 pi mu and carry the sign of
+(6): a fiber moves with minus the sum over the others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stokesfibers.core.arrays import Array, Points
+from stokesfibers.core.parallel import Workers
+from stokesfibers.domain import AbstractDomain
+from stokesfibers.kernels import pairs as kernels
+from stokesfibers.slender.discrete import DiscreteFiber, Shape
+from stokesfibers.summation.close_approach import AbstractCloseApproach
+from stokesfibers.summation.images import ImageSum
+
+
+@dataclass(frozen=True)
+class Interaction:
+    """How fibers act on each other: domain, image sum, close approach; prepared for the kernels.
+
+    Attributes
+    ----------
+    fibers
+        Discretised fibers.
+    images
+        Periods, shifts of exact images, shifts of far images.
+    close
+        Settings of the close approach, see `AbstractCloseApproach.settings`.
+    about_centre
+        Whether far images are taken about the centre of mass instead of the mid-point.
+    """
+
+    fibers: tuple[DiscreteFiber, ...]
+    images: tuple[Array, Array, Array]
+    close: tuple[float, float, Array, bool]
+    about_centre: bool
+
+    @classmethod
+    def build(
+        cls,
+        fibers: tuple[DiscreteFiber, ...],
+        domain: AbstractDomain,
+        *,
+        image_sum: ImageSum,
+        close_approach: AbstractCloseApproach,
+    ) -> Interaction:
+        """Prepare the interaction of `fibers` in `domain`."""
+        spacing = np.array([f.grid.spacing for f in fibers])
+        radius = np.array([f.eps * f.grid.length for f in fibers])
+        return cls(
+            fibers,
+            image_sum.shifts(domain),
+            close_approach.settings(spacing, radius),
+            image_sum.about == "centre_of_mass",
+        )
+
+    @property
+    def alone(self) -> bool:
+        """True if nothing acts on anything: one fiber without images."""
+        return len(self.fibers) == 1 and len(self.images[1]) == 1
+
+
+class Scene:
+    """The fibers at one moment, as sources of flow.
+
+    Parameters
+    ----------
+    interaction
+        How they act on each other.
+    shapes
+        Their centrelines.
+    workers
+        Threads.
+    """
+
+    def __init__(
+        self, interaction: Interaction, shapes: tuple[Shape, ...], workers: Workers
+    ) -> None:
+        self._interaction = interaction
+        self._fibers = interaction.fibers
+        self._shapes = shapes
+        self._workers = workers
+        self._x = np.stack([s.x for s in shapes])
+        self._xs = np.stack([s.xs for s in shapes])
+        self._h = np.array([f.grid.spacing for f in self._fibers])
+        self._doublet = np.array([0.5 * (f.eps * f.grid.length) ** 2 for f in self._fibers])
+        weights = np.ones(self._x.shape[2])
+        weights[[0, -1]] = 0.5
+        self._weights = weights
+        self._middle = np.ascontiguousarray(self._x[:, :, self._x.shape[2] // 2])
+        self._centres = self._middle
+        if interaction.about_centre:
+            self._centres = self._x @ weights / weights.sum()
+
+    def integrated_force(self, tension: Array | None, *, bending: bool = True) -> Array:
+        """Return F = -T x_s + E x_sss at the nodes, (fiber, 3, node), or one part of it."""
+        force = np.zeros_like(self._x)
+        for k, (fiber, shape) in enumerate(zip(self._fibers, self._shapes, strict=True)):
+            if tension is not None:
+                force[k] -= tension[k] * shape.xs
+            if bending:
+                force[k] += fiber.rigidity * shape.xsss
+        return force
+
+    def centreline_value(self, tension: Array | None, *, bending: bool = True) -> Array:
+        """Return Lambda[f] + K[f] of each fiber at its nodes, (fiber, 3, node)."""
+        value = np.zeros_like(self._x)
+
+        def fill(k: int) -> None:
+            if tension is not None:
+                value[k] -= self._fibers[k].tensile_velocity(self._shapes[k], tension[k])
+            if bending:
+                value[k] -= self._fibers[k].bending_velocity(self._shapes[k])
+
+        self._workers.for_each(len(self._fibers), fill)
+        return value
+
+    def velocity(self, targets: Array, force: Array, centreline: Array) -> Array:
+        """Return what all other fibers and images add to (6) at `targets` (fiber, point, 3)."""
+        moments = np.einsum("kan,kbn,n,k->kab", self._xs, force, self._weights, self._h)
+        out = np.empty(targets.shape)
+
+        def fill(k: int) -> None:
+            out[k] = kernels.others_velocity(
+                np.ascontiguousarray(targets[k]),
+                self._middle[k],
+                k,
+                self._x,
+                self._xs,
+                force,
+                self._h,
+                self._doublet,
+                self._interaction.images,
+                self._interaction.close,
+                centreline,
+                moments,
+                self._centres,
+            )
+
+        self._workers.for_each(len(self._fibers), fill)
+        return out
+
+    def at_nodes(self, force: Array, centreline: Array) -> Array:
+        """Return `velocity` at the fibers' own nodes, (fiber, 3, node)."""
+        targets = np.ascontiguousarray(self._x.transpose(0, 2, 1))
+        return self.velocity(targets, force, centreline).transpose(0, 2, 1)
+
+    def stretching(self, force: Array, centreline: Array) -> Array:
+        """Return Phi of (26), x_s . d/ds of `velocity`, by (33); (fiber, node), ends zero."""
+        half = 0.5 * (self._x[:, :, 1:] + self._x[:, :, :-1])
+        targets = np.ascontiguousarray(half.transpose(0, 2, 1))
+        change = np.diff(self.velocity(targets, force, centreline), axis=1)
+        phi = np.zeros(self._x[:, 0].shape)
+        phi[:, 1:-1] = np.einsum("kin,kni->kn", self._xs[:, :, 1:-1], change)
+        return phi / self._h[:, None]
+
+    def influence(self) -> Array:
+        """Return the map from tensions to Phi, (target, source, node, node)."""
+        count, _, n = self._x.shape
+        out = np.empty((count, count, n, n))
+        tensile = self._tensile_matrices()
+
+        def fill(k: int) -> None:
+            for source in range(count):
+                kernels.tension_influence(
+                    k,
+                    source,
+                    self._x,
+                    self._xs,
+                    self._h,
+                    self._doublet,
+                    self._interaction.images,
+                    self._interaction.close,
+                    tensile,
+                    self._centres,
+                    self._weights,
+                    out[k, source],
+                )
+
+        self._workers.for_each(count, fill)
+        return out
+
+    def fluid(self, points: Points, force: Array, centreline: Array) -> Points:
+        """Return what all fibers and images add at `points` (point, 3) in the fluid.
+
+        Each point sees every fiber at its own nearest image.
+        """
+        moments = np.einsum("kan,kbn,n,k->kab", self._xs, force, self._weights, self._h)
+        out = np.empty(points.shape)
+
+        def fill(i: int) -> None:
+            out[i] = kernels.others_velocity(
+                points[i : i + 1],
+                points[i],
+                -1,
+                self._x,
+                self._xs,
+                force,
+                self._h,
+                self._doublet,
+                self._interaction.images,
+                self._interaction.close,
+                centreline,
+                moments,
+                self._centres,
+            )[0]
+
+        self._workers.for_each(len(points), fill)
+        return out
+
+    def _tensile_matrices(self) -> Array:
+        """Return the map from tensions to `centreline_value`, (fiber, 3, node, node)."""
+        count, _, n = self._x.shape
+        out = np.empty((count, 3, n, n))
+
+        def fill(k: int) -> None:
+            out[k] = -self._fibers[k].tensile_matrix(self._shapes[k])
+
+        self._workers.for_each(count, fill)
+        return out

@@ -1,0 +1,1 @@
+"""Sums over other fibers and their periodic images."""
