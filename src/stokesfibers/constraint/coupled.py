@@ -34,7 +34,7 @@ class CoupledSystem:
     own
         L_l, (fiber, m, m) with m = node - 2.
     influence
-        C_lk, (fiber, fiber, m, m).
+        C_lk, (fiber l, m, fiber k, m): one row of numbers per equation.
     right
         Right-hand side, (fiber, m).
     """
@@ -45,12 +45,13 @@ class CoupledSystem:
 
     def factors(self) -> list[tuple[Array, Array]]:
         """Return LU factors of L_l + C_ll."""
-        return [lu_factor(own + self.influence[k, k]) for k, own in enumerate(self.own)]
+        return [lu_factor(own + self.influence[k, :, k]) for k, own in enumerate(self.own)]
 
     def others(self, k: int, tension: Array) -> Array:
         """Return sum over j != k of C_kj T_j, (m,)."""
-        full = np.einsum("jmn,jn->m", self.influence[k], tension, optimize=True)
-        return full - self.influence[k, k] @ tension[k]
+        rows = self.influence[k]
+        full = rows.reshape(rows.shape[0], -1) @ tension.ravel()
+        return full - rows[:, k] @ tension[k]
 
 
 class AbstractTensionSolver(abc.ABC):

@@ -164,8 +164,8 @@ def _far_images(rx, ry, rz, s, shifts):
     ox, oy, oz = 0.0, 0.0, 0.0
     trace = s[0, 0] + s[1, 1] + s[2, 2]
     xy, xz, yz = s[0, 1] + s[1, 0], s[0, 2] + s[2, 0], s[1, 2] + s[2, 1]
-    for q in range(shifts.shape[0]):
-        ax, ay, az = rx + shifts[q, 0], ry + shifts[q, 1], rz + shifts[q, 2]
+    for q in range(shifts.shape[1]):
+        ax, ay, az = rx + shifts[0, q], ry + shifts[1, q], rz + shifts[2, q]
         inverse2 = 1.0 / (ax * ax + ay * ay + az * az)
         form = s[0, 0] * ax * ax + s[1, 1] * ay * ay + s[2, 2] * az * az
         form += xy * ax * ay + xz * ax * az + yz * ay * az
@@ -203,7 +203,7 @@ def others_velocity(
     h, doublet
         Spacing and (eps L)^2 / 2 of each source, (fiber,).
     images
-        (periods (3,), near shifts (image, 3), far shifts (image, 3)).
+        (periods (3,), near shifts (image, 3), far shifts (3, image)).
     close
         (near, parts, d0 (fiber,), smooth): see `_close`.
     centreline
@@ -235,7 +235,7 @@ def others_velocity(
                 out[i, 0] += vx
                 out[i, 1] += vy
                 out[i, 2] += vz
-        if far_shifts.shape[0] > 0:
+        if far_shifts.shape[1] > 0:
             for i in range(points.shape[0]):
                 vx, vy, vz = _far_images(
                     points[i, 0] + shift[0] - centres[k, 0],
@@ -252,7 +252,7 @@ def others_velocity(
 
 @njit(**_OPTIONS)
 def _tension_row(px, py, pz, x, xs, h, doublet, near2, row):
-    """Add to row (3, node) the velocity at a point by unit tension at each node; return near nodes.
+    """Set row (3, node) to the velocity at a point by unit tension at each node; return near nodes.
 
     The integrand is that of `_term` with F = -x_s.
     """
@@ -270,9 +270,9 @@ def _tension_row(px, py, pz, x, xs, h, doublet, near2, row):
         on_tangent = 6.0 * doublet * a * inverse5
         on_r = 3.0 * a * a * (inverse5 - 5.0 * doublet * inverse5 * inverse2)
         on_r -= q * (inverse3 - 3.0 * doublet * inverse5)
-        row[0, j] += on_tangent * tx + on_r * rx
-        row[1, j] += on_tangent * ty + on_r * ry
-        row[2, j] += on_tangent * tz + on_r * rz
+        row[0, j] = on_tangent * tx + on_r * rx
+        row[1, j] = on_tangent * ty + on_r * ry
+        row[2, j] = on_tangent * tz + on_r * rz
     return near
 
 
@@ -316,43 +316,55 @@ def _close_tension_row(p, k, x, xs, h, doublet, close, tensile, at, fresh):
 @njit(**_OPTIONS)
 def _far_tensor(rx, ry, rz, shifts, out):
     """Set out (3, 6) to the far images' velocity per entry xx, yy, zz, xy, xz, yz of S."""
-    out[:] = 0.0
-    for q in range(shifts.shape[0]):
-        ax, ay, az = rx + shifts[q, 0], ry + shifts[q, 1], rz + shifts[q, 2]
+    sx, sy, sz = 0.0, 0.0, 0.0
+    xxx, yyy, zzz, xyz = 0.0, 0.0, 0.0, 0.0
+    xxy, xxz, yyx, yyz, zzx, zzy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for q in range(shifts.shape[1]):
+        ax, ay, az = rx + shifts[0, q], ry + shifts[1, q], rz + shifts[2, q]
         inverse2 = 1.0 / (ax * ax + ay * ay + az * az)
         w = inverse2 * np.sqrt(inverse2)
         v = 3.0 * w * inverse2
-        entries = (
-            w - v * ax * ax, w - v * ay * ay, w - v * az * az, -v * ax * ay, -v * ax * az, -v * ay * az,
-        )
-        for c in range(6):
-            out[0, c] += entries[c] * ax
-            out[1, c] += entries[c] * ay
-            out[2, c] += entries[c] * az
+        sx += w * ax
+        sy += w * ay
+        sz += w * az
+        xx, yy, zz = v * ax * ax, v * ay * ay, v * az * az
+        xxx += xx * ax
+        xxy += xx * ay
+        xxz += xx * az
+        yyx += yy * ax
+        yyy += yy * ay
+        yyz += yy * az
+        zzx += zz * ax
+        zzy += zz * ay
+        zzz += zz * az
+        xyz += v * ax * ay * az
+    out[0] = (sx - xxx, sx - yyx, sx - zzx, -xxy, -xxz, -xyz)
+    out[1] = (sy - xxy, sy - yyy, sy - zzy, -yyx, -xyz, -yyz)
+    out[2] = (sz - xxz, sz - yyz, sz - zzz, -xyz, -zzx, -zzy)
 
 
 @njit(**_OPTIONS)
 def tension_influence(
     own, k, x, xs, h, doublet, images, close, tensile, centres, trapezoid, out
 ):
-    """Fill out (node, node) with x_s . d/ds of the velocity at fiber `own` by tensions of fiber k.
+    """Fill out[:, k] with x_s . d/ds of the velocity at fiber `own` by tensions of fiber k.
 
-    The derivative is the compact difference (33) between half points; rows 0 and N are zero. The
-    velocity is in the sense of `others_velocity`. `tensile` (fiber, 3, node, node) maps tensions to
+    `out` has shape (m, fiber, m) with m inner nodes: inner nodes of `own`, sources, their inner
+    tensions. The derivative is the compact difference (33) between half points. The velocity is in the sense of `others_velocity`. `tensile` (fiber, 3, node, node) maps tensions to
     the centreline value, `trapezoid` (node,) holds the rule's weights over h.
     """
     periods, near_shifts, far_shifts = images
     n = x.shape[2]
     half = n // 2
-    out[:] = 0.0
+    line = np.empty(n)
     row, before = np.zeros((3, n)), np.zeros((3, n))
-    trial, fresh = np.empty((3, n)), np.empty((3, n))
+    trial = np.empty((3, n))
     far, far_before = np.zeros((3, 6)), np.zeros((3, 6))
     shift, at, p = np.empty(3), np.empty(3), np.empty(3)
     nearest_lattice_shift(x[own, :, half] - x[k, :, half], periods, shift)
     near2 = (close[0] * h[k]) ** 2
     six = np.empty((6, n))
-    if far_shifts.shape[0] > 0:
+    if far_shifts.shape[1] > 0:
         for j in range(n):
             tx, ty, tz = xs[k, 0, j], xs[k, 1, j], xs[k, 2, j]
             w = -trapezoid[j] * h[k]
@@ -371,14 +383,13 @@ def tension_influence(
             p[0] = 0.5 * (x[own, 0, i] + x[own, 0, i + 1]) + sx
             p[1] = 0.5 * (x[own, 1, i] + x[own, 1, i + 1]) + sy
             p[2] = 0.5 * (x[own, 2, i] + x[own, 2, i + 1]) + sz
-            trial[:] = 0.0
             count = _tension_row(p[0], p[1], p[2], x[k], xs[k], h[k], doublet[k], near2, trial)
             if count > 0:
-                _close_tension_row(p, k, x[k], xs[k], h[k], doublet[k], close, tensile, at, fresh)
-                row += fresh
-            else:
-                row += trial
-        if far_shifts.shape[0] > 0:
+                _close_tension_row(p, k, x[k], xs[k], h[k], doublet[k], close, tensile, at, trial)
+            for d in range(3):
+                for j in range(n):
+                    row[d, j] += trial[d, j]
+        if far_shifts.shape[1] > 0:
             _far_tensor(
                 0.5 * (x[own, 0, i] + x[own, 0, i + 1]) + shift[0] - centres[k, 0],
                 0.5 * (x[own, 1, i] + x[own, 1, i + 1]) + shift[1] - centres[k, 1],
@@ -387,13 +398,13 @@ def tension_influence(
                 far,
             )
         if i > 0:
-            line = out[i]
+            line[:] = 0.0
             for d in range(3):
                 t = xs[own, d, i] / h[own]
                 new, old = row[d], before[d]
                 for j in range(n):
                     line[j] += t * (new[j] - old[j])
-            if far_shifts.shape[0] > 0:
+            if far_shifts.shape[1] > 0:
                 for c in range(6):
                     g = 0.0
                     for d in range(3):
@@ -401,3 +412,6 @@ def tension_influence(
                     source = six[c]
                     for j in range(n):
                         line[j] += g * source[j]
+            target = out[i - 1, k]
+            for j in range(n - 2):
+                target[j] = line[j + 1]

@@ -86,6 +86,36 @@ def apply_finite_part(x, xs, s, delta, hat, square, product, phi, g):
 
 
 @njit(**_OPTIONS)
+def tensile_matrix(x, xs, xss, s, delta, hat, square, product, phi, a, b, d1):
+    """Return the map from nodal tensions to (Lambda + K_delta)[(T x_s)_s], (3, node, node)."""
+    n = s.size
+    out = np.zeros((3, n, n))
+    smooth, rows = np.empty((6, n)), np.empty((6, n))
+    by_slope = np.empty((3, n))
+    for i in range(n):
+        _node_rows(i, x, xs, s, delta, hat, square, product, phi, smooth, rows)
+        for k in range(n):
+            tx, ty, tz = xs[0, k], xs[1, k], xs[2, k]
+            by_slope[0, k] = rows[0, k] * tx + rows[3, k] * ty + rows[4, k] * tz
+            by_slope[1, k] = rows[3, k] * tx + rows[1, k] * ty + rows[5, k] * tz
+            by_slope[2, k] = rows[4, k] * tx + rows[5, k] * ty + rows[2, k] * tz
+            tx, ty, tz = xss[0, k], xss[1, k], xss[2, k]
+            out[0, i, k] = rows[0, k] * tx + rows[3, k] * ty + rows[4, k] * tz
+            out[1, i, k] = rows[3, k] * tx + rows[1, k] * ty + rows[5, k] * tz
+            out[2, i, k] = rows[4, k] * tx + rows[5, k] * ty + rows[2, k] * tz
+        for d in range(3):
+            by_slope[d, i] += (a + b) * xs[d, i]
+            out[d, i, i] += a * xss[d, i]
+            line = out[d, i]
+            for k in range(n):
+                slope = by_slope[d, k]
+                low, high = (0, 3) if k == 0 else ((n - 3, n) if k == n - 1 else (k - 1, k + 2))
+                for m in range(low, high):
+                    line[m] += slope * d1[k, m]
+    return out
+
+
+@njit(**_OPTIONS)
 def _times_fourth_difference(row, padded, d4, out):
     """Set out = row . D_4, using the five-point stencil inside and d4's own rows at the ends."""
     n = row.size

@@ -6,11 +6,15 @@ from dataclasses import KW_ONLY, dataclass, field
 from math import pi
 
 from stokesfibers.core import checks
+from stokesfibers.constraint.coupled import AbstractTensionSolver, FixedPoint
 from stokesfibers.core.errors import InputError
+from stokesfibers.domain import AbstractDomain, Free
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.flow import AbstractFlow, NoFlow
 from stokesfibers.problem.engine import PaperEngine
 from stokesfibers.slender.mobility import AbstractMobility, NonLocal
+from stokesfibers.summation.close_approach import AbstractCloseApproach, PaperCloseApproach
+from stokesfibers.summation.images import ImageSum
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,14 @@ class Problem:
         Model of the fluid's drag.
     engine
         Discretisation and time stepping.
+    domain
+        Free or periodic space.
+    image_sum
+        How periodic images are summed.
+    close_approach
+        What happens where fibers come near each other.
+    tension_solver
+        How the coupled tensions of several fibers are solved.
     """
 
     fiber: Fiber | tuple[Fiber, ...]
@@ -41,6 +53,10 @@ class Problem:
     flow: AbstractFlow = field(default_factory=NoFlow)
     mobility: AbstractMobility = field(default_factory=NonLocal)
     engine: PaperEngine = field(default_factory=PaperEngine)
+    domain: AbstractDomain = field(default_factory=Free)
+    image_sum: ImageSum = field(default_factory=ImageSum)
+    close_approach: AbstractCloseApproach = field(default_factory=PaperCloseApproach)
+    tension_solver: AbstractTensionSolver = field(default_factory=FixedPoint)
 
     def __post_init__(self) -> None:
         if (self.mu_bar is None) == (self.viscosity is None):
@@ -51,12 +67,13 @@ class Problem:
         kinds = self.fiber if isinstance(self.fiber, tuple) else (self.fiber,)
         if not kinds or not all(isinstance(kind, Fiber) for kind in kinds):
             raise InputError("fiber", "a Fiber or a tuple of Fibers", self.fiber)
-        if sum(kind.count for kind in kinds) != 1:
+        longest = max(kind.length for kind in kinds)
+        periods = [p for p in self.domain.lengths if p > 0.0]
+        if periods and min(periods) < longest:
             raise InputError(
-                "fiber.count",
-                "one fiber in all",
-                sum(kind.count for kind in kinds),
-                "Interacting fibers are not part of this version.",
+                "domain.periods",
+                f"periods of at least the longest fiber, {longest:g}",
+                list(self.domain.lengths),
             )
         object.__setattr__(self, "fiber", kinds)
         object.__setattr__(self, "engine", self.engine.resolved(self.flow.rate_scale()))

@@ -131,6 +131,24 @@ class DiscreteFiber:
         local += self.local.a * tension * shape.xss
         return local + self.finite_part(shape, self.tensile_force(shape, tension))
 
+    def tensile_matrix(self, shape: Shape) -> Array:
+        """Return the matrix of `tensile_velocity` for nodal tensions, (3, node, node)."""
+        w = self.weights
+        return kernels.tensile_matrix(
+            shape.x,
+            shape.xs,
+            shape.xss,
+            self.nodes,
+            self._delta,
+            w.hat,
+            w.hat_square,
+            w.hat_product,
+            w.phi,
+            self.local.a,
+            self.local.b,
+            self._differences[0],
+        )
+
     def bending_velocity(self, shape: Shape) -> Array:
         """Return -(Lambda + K_delta)[E x_ssss], times 8 pi mu a velocity; (3, node)."""
         g = self.rigidity * shape.xssss

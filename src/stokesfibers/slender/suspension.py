@@ -160,9 +160,9 @@ class Scene:
         return phi / self._h[:, None]
 
     def influence(self) -> Array:
-        """Return the map from tensions to Phi, (target, source, node, node)."""
+        """Return the map from inner tensions to Phi at inner nodes, (target, m, source, m)."""
         count, _, n = self._x.shape
-        out = np.empty((count, count, n, n))
+        out = np.empty((count, n - 2, count, n - 2))
         tensile = self._tensile_matrices()
 
         def fill(k: int) -> None:
@@ -179,7 +179,7 @@ class Scene:
                     tensile,
                     self._centres,
                     self._weights,
-                    out[k, source],
+                    out[k],
                 )
 
         self._workers.for_each(count, fill)

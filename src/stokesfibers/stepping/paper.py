@@ -2,7 +2,7 @@
 
     8 pi mu (3 x^{n+1} - 4 x^n + x^{n-1}) / (2 dt)
         = -(Lambda + K)*[E x_ssss^{n+1}] + 2 G(x^n) - G(x^{n-1}),
-    G(x) = 8 pi mu U_0 + (Lambda + K)[(T x_s)_s],
+    G(x) = 8 pi mu U_0 + (Lambda + K)[(T x_s)_s] - sum over the others of V + (eps L)^2/2 W,
 
 with Lambda and K at the extrapolated shape x* = 2 x^n - x^{n-1}. The first step is Euler's. The
 equation holds at nodes 2 ... N - 2; the rows of nodes 0, 1, N - 1, N carry the free-end conditions.
@@ -16,11 +16,13 @@ from time import perf_counter
 
 import numpy as np
 
-from stokesfibers.constraint.line_tension import solve_tension
+from stokesfibers.constraint.suspension import own_systems, solve_coupled
 from stokesfibers.core.arrays import Array, Nodal, Positions, as_float
 from stokesfibers.core.errors import InputError
+from stokesfibers.core.parallel import Workers
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.discrete import DiscreteFiber, Shape
+from stokesfibers.slender.suspension import Interaction, Scene
 from stokesfibers.stepping.report import StepReport
 
 
@@ -69,9 +71,11 @@ class PaperStepper:
     ----------
     problem
         The case; its engine must be a `PaperEngine`.
+    threads
+        Threads that fibers are spread over; None for all cores. Results do not depend on it.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, threads: int | None = None) -> None:
         engine = problem.engine
         assert engine.dt is not None
         assert engine.beta is not None
@@ -90,6 +94,13 @@ class PaperStepper:
             for kind in problem.fibers
         }
         self.fibers: tuple[DiscreteFiber, ...] = tuple(kinds[k] for k in problem.fibers)
+        self._workers = Workers(threads)
+        self._interaction = Interaction.build(
+            self.fibers,
+            problem.domain,
+            image_sum=problem.image_sum,
+            close_approach=problem.close_approach,
+        )
 
     def time(self, step: int) -> float:
         """Return the time after `step` steps."""
@@ -101,7 +112,8 @@ class PaperStepper:
         if positions.shape != expected:
             raise InputError("positions", f"shape {expected}", positions.shape)
         x = np.ascontiguousarray(positions.transpose(0, 2, 1))
-        tension, slow = self._tension_and_slow(x, 0.0)
+        guess = np.zeros((x.shape[0], x.shape[2]))
+        tension, slow, _ = self._tension_and_slow(x, 0.0, guess)
         return Carry(0, x, x, tension, slow, slow)
 
     def step(self, carry: Carry) -> tuple[Carry, StepReport]:
@@ -122,28 +134,56 @@ class PaperStepper:
         factor = reach / self._drag
         right = known + factor * slow
         x = np.empty_like(carry.x)
-        for k, fiber in enumerate(self.fibers):
+
+        def move(k: int) -> None:
+            fiber = self.fibers[k]
             x[k] = _solve_positions(fiber, fiber.shape(ahead[k]), factor, right[k])
+
+        self._workers.for_each(len(self.fibers), move)
         moved = perf_counter()
         t = self.time(carry.step + 1)
-        tension, slow = self._tension_and_slow(x, t)
+        tension, slow, iterations = self._tension_and_slow(x, t, carry.tension)
         wall_time = (moved - started, perf_counter() - moved)
-        report = StepReport(t, self._dt, 1 if first else 2, wall_time)
+        order = 1 if first else 2
+        report = StepReport(t, self._dt, order, wall_time, iterations=iterations)
         return Carry(carry.step + 1, x, carry.x, tension, slow, carry.slow), report
 
-    def _tension_and_slow(self, x: Array, t: float) -> tuple[Nodal, Array]:
-        """Return the tension (22) and G for positions (fiber, 3, node) at time t."""
+    def _tension_and_slow(self, x: Array, t: float, guess: Nodal) -> tuple[Nodal, Array, int]:
+        """Return tension (27), G and iterations for positions (fiber, 3, node) at time t."""
         flow = self._problem.flow
         points = x.transpose(0, 2, 1)
         velocity = flow.velocity(points, t).transpose(0, 2, 1)
         gradient = flow.gradient(points, t)
-        tension, slow = np.empty((x.shape[0], x.shape[2])), np.empty_like(x)
-        for k, fiber in enumerate(self.fibers):
-            shape = fiber.shape(x[k])
-            stretching = _stretching(shape, gradient[k])
-            tension[k] = solve_tension(fiber, shape, stretching, drag=self._drag, beta=self._beta)
-            slow[k] = self._drag * velocity[k] + fiber.tensile_velocity(shape, tension[k])
-        return tension, slow
+        shapes = tuple(f.shape(x[k]) for k, f in enumerate(self.fibers))
+        stretching = np.stack([_stretching(s, g) for s, g in zip(shapes, gradient, strict=True)])
+        own, right = own_systems(
+            self.fibers,
+            shapes,
+            stretching,
+            drag=self._drag,
+            beta=self._beta,
+            workers=self._workers,
+        )
+        slow = self._drag * velocity
+        if self._interaction.alone:
+            tension, iterations = np.zeros_like(guess), 1
+            tension[:, 1:-1] = np.linalg.solve(own, right[..., None])[..., 0]
+            slow = slow - self._own_centreline(shapes, tension)
+        else:
+            scene = Scene(self._interaction, shapes, self._workers)
+            solver = self._problem.tension_solver
+            tension, iterations = solve_coupled(scene, own, right, start=guess, solver=solver)
+            tensile = scene.centreline_value(tension, bending=False)
+            centreline = tensile + scene.centreline_value(None)
+            others = scene.at_nodes(scene.integrated_force(tension), centreline)
+            slow = slow - tensile - others
+        return tension, np.ascontiguousarray(slow), iterations
+
+    def _own_centreline(self, shapes: tuple[Shape, ...], tension: Nodal) -> Array:
+        """Return -(Lambda + K)[(T x_s)_s] of each fiber, (fiber, 3, node)."""
+        return np.stack(
+            [-f.tensile_velocity(s, q) for f, s, q in zip(self.fibers, shapes, tension, strict=True)]
+        )
 
 
 def _stretching(shape: Shape, gradient: Array) -> Array:

@@ -44,7 +44,7 @@ class ImageSum:
             raise InputError("about", "'midpoint' or 'centre_of_mass'", repr(self.about))
 
     def shifts(self, domain: AbstractDomain) -> tuple[Array, Array, Array]:
-        """Return periods (3,), shifts of the exact and of the far images, (image, 3).
+        """Return periods (3,), shifts of the exact images (image, 3), of the far ones (3, image).
 
         In more than one periodic direction the sum is cut at a cube; it converges slowly and
         depends on that shape.
@@ -54,4 +54,4 @@ class ImageSum:
         index = np.array(list(product(*ranges)), dtype=float)
         exact = np.abs(index).max(axis=1) <= 1.0
         shifts = index * lengths
-        return lengths, np.ascontiguousarray(shifts[exact]), np.ascontiguousarray(shifts[~exact])
+        return lengths, np.ascontiguousarray(shifts[exact]), np.ascontiguousarray(shifts[~exact].T)

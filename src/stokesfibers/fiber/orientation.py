@@ -1,0 +1,105 @@
+"""Orientation distributions of straight fibers."""
+
+from __future__ import annotations
+
+import abc
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from scipy.stats import vonmises_fisher
+
+from stokesfibers.core import checks
+from stokesfibers.core.arrays import Array, Points
+from stokesfibers.core.errors import InputError
+
+Axis = tuple[float, float, float]
+
+
+class AbstractOrientation(abc.ABC):
+    """A distribution of unit vectors."""
+
+    kind: ClassVar[str]
+
+    @abc.abstractmethod
+    def sample(self, count: int, random: np.random.Generator) -> Points:
+        """Return `count` unit vectors, (count, 3)."""
+
+
+def _unit(where: str, axis: object) -> Axis:
+    vector = np.array(checks.vector3(where, axis))
+    size = float(np.linalg.norm(vector))
+    if size == 0.0:
+        raise InputError(where, "a vector that is not zero", axis)
+    x, y, z = vector / size
+    return float(x), float(y), float(z)
+
+
+def _sphere(count: int, random: np.random.Generator) -> Array:
+    vectors = random.normal(size=(count, 3))
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+@dataclass(frozen=True)
+class Isotropic(AbstractOrientation):
+    """Uniform on the sphere."""
+
+    kind: ClassVar[str] = "isotropic"
+
+    def sample(self, count: int, random: np.random.Generator) -> Points:
+        return _sphere(count, random)
+
+
+@dataclass(frozen=True)
+class Aligned(AbstractOrientation):
+    """All along `axis`."""
+
+    axis: Axis = (1.0, 0.0, 0.0)
+    kind: ClassVar[str] = "aligned"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "axis", _unit("axis", self.axis))
+
+    def sample(self, count: int, random: np.random.Generator) -> Points:  # noqa: ARG002
+        return np.tile(np.array(self.axis), (count, 1))
+
+
+@dataclass(frozen=True)
+class InPlane(AbstractOrientation):
+    """Uniform on the circle across `normal`."""
+
+    normal: Axis = (0.0, 0.0, 1.0)
+    kind: ClassVar[str] = "in_plane"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "normal", _unit("normal", self.normal))
+
+    def sample(self, count: int, random: np.random.Generator) -> Points:
+        normal = np.array(self.normal)
+        vectors = _sphere(count, random)
+        vectors -= np.outer(vectors @ normal, normal)
+        return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+@dataclass(frozen=True)
+class VonMisesFisher(AbstractOrientation):
+    """Von Mises-Fisher distribution about `axis`; larger `concentration` is narrower."""
+
+    axis: Axis = (1.0, 0.0, 0.0)
+    concentration: float = 10.0
+    kind: ClassVar[str] = "von_mises_fisher"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "axis", _unit("axis", self.axis))
+        checks.positive("concentration", self.concentration)
+
+    def sample(self, count: int, random: np.random.Generator) -> Points:
+        drawn = vonmises_fisher(np.array(self.axis), self.concentration).rvs(
+            count, random_state=random
+        )
+        return np.asarray(drawn).reshape(count, 3)
+
+
+ORIENTATIONS: dict[str, type[AbstractOrientation]] = {
+    o.kind: o for o in (Isotropic, Aligned, InPlane, VonMisesFisher)
+}

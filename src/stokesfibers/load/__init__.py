@@ -1,0 +1,1 @@
+"""External force densities, one per file."""
