@@ -1,1 +1,11 @@
-"""External force densities, one per file."""
+"""External forces on the fibers, per length, one kind per file."""
+
+from __future__ import annotations
+
+from stokesfibers.load.base import AbstractLoad, LoadedState, NoLoad
+from stokesfibers.load.steric import StericRepulsion
+
+LOADS: dict[str, type[AbstractLoad]] = {load.kind: load for load in (NoLoad, StericRepulsion)}
+"""Loads by the kind a case file names."""
+
+__all__ = ["LOADS", "AbstractLoad", "LoadedState", "NoLoad", "StericRepulsion"]
