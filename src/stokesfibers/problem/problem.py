@@ -11,6 +11,7 @@ from stokesfibers.core.errors import InputError
 from stokesfibers.domain import AbstractDomain, Free
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.flow import AbstractFlow, NoFlow
+from stokesfibers.load import AbstractLoad, NoLoad
 from stokesfibers.problem.engine import PaperEngine
 from stokesfibers.slender.mobility import AbstractMobility, NonLocal
 from stokesfibers.summation.close_approach import AbstractCloseApproach, PaperCloseApproach
@@ -42,6 +43,8 @@ class Problem:
         How periodic images are summed.
     close_approach
         What happens where fibers come near each other.
+    load
+        External force on the fibers.
     tension_solver
         How the coupled tensions of several fibers are solved.
     """
@@ -56,6 +59,7 @@ class Problem:
     domain: AbstractDomain = field(default_factory=Free)
     image_sum: ImageSum = field(default_factory=ImageSum)
     close_approach: AbstractCloseApproach = field(default_factory=PaperCloseApproach)
+    load: AbstractLoad = field(default_factory=NoLoad)
     tension_solver: AbstractTensionSolver = field(default_factory=FixedPoint)
 
     def __post_init__(self) -> None:

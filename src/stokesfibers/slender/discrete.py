@@ -131,6 +131,11 @@ class DiscreteFiber:
         local += self.local.a * tension * shape.xss
         return local + self.finite_part(shape, self.tensile_force(shape, tension))
 
+    def mobility_velocity(self, shape: Shape, g: Array) -> Array:
+        """Return (Lambda + K_delta)[g] for any force per length g (3, node); (3, node)."""
+        along = shape.xs * np.sum(shape.xs * g, axis=0)
+        return self.local.a * g + self.local.b * along + self.finite_part(shape, g)
+
     def tensile_matrix(self, shape: Shape) -> Array:
         """Return the matrix of `tensile_velocity` for nodal tensions, (3, node, node)."""
         w = self.weights
@@ -151,9 +156,7 @@ class DiscreteFiber:
 
     def bending_velocity(self, shape: Shape) -> Array:
         """Return -(Lambda + K_delta)[E x_ssss], times 8 pi mu a velocity; (3, node)."""
-        g = self.rigidity * shape.xssss
-        local = self.local.a * g + self.local.b * shape.xs * np.sum(shape.xs * g, axis=0)
-        return -local - self.finite_part(shape, g)
+        return -self.mobility_velocity(shape, self.rigidity * shape.xssss)
 
     def evolution_matrix(self, shape: Shape, factor: float) -> Array:
         """Return I + factor E (Lambda + K_delta) D_4 with the free-end rows, (3 node, 3 node)."""

@@ -13,6 +13,7 @@ import numpy as np
 from stokesfibers.core.arrays import Array, Points
 from stokesfibers.core.parallel import Workers
 from stokesfibers.domain import AbstractDomain
+from stokesfibers.kernels import forces
 from stokesfibers.kernels import pairs as kernels
 from stokesfibers.slender.discrete import DiscreteFiber, Shape
 from stokesfibers.summation.close_approach import AbstractCloseApproach
@@ -158,6 +159,41 @@ class Scene:
         phi = np.zeros(self._x[:, 0].shape)
         phi[:, 1:-1] = np.einsum("kin,kni->kn", self._xs[:, :, 1:-1], change)
         return phi / self._h[:, None]
+
+    def loaded(self, density: Array) -> tuple[Array, Array]:
+        """Return what a force per length g on the fibers adds to G and to the right of (27).
+
+        Parameters
+        ----------
+        density
+            g at the nodes, (fiber, 3, node).
+
+        Returns
+        -------
+        velocity
+            (Lambda + K)[g] of the fiber itself plus (7) and (8) of the others, (fiber, 3, node).
+        stretching
+            x_s . d/ds of it, (fiber, node), ends zero.
+        """
+        velocity, stretching = np.empty_like(self._x), np.zeros_like(self._x[:, 0])
+        weights = self._weights * self._h[:, None]
+        periods, near, far = self._interaction.images
+        images = (self._x, density, weights, self._doublet, periods, np.vstack([near, far.T]))
+
+        def fill(k: int) -> None:
+            fiber, shape = self._fibers[k], self._shapes[k]
+            own = fiber.mobility_velocity(shape, density[k])
+            half = np.ascontiguousarray(0.5 * (shape.x[:, 1:] + shape.x[:, :-1]).T)
+            nodes = np.ascontiguousarray(shape.x.T)
+            others = forces.forces_velocity(nodes, self._middle[k], k, *images)
+            at_half = forces.forces_velocity(half, self._middle[k], k, *images)
+            velocity[k] = own + others.T
+            change = np.diff(at_half, axis=0).T / self._h[k]
+            change = change + fiber.derivative(own)[:, 1:-1]
+            stretching[k, 1:-1] = np.sum(shape.xs[:, 1:-1] * change, axis=0)
+
+        self._workers.for_each(len(self._fibers), fill)
+        return velocity, stretching
 
     def influence(self) -> Array:
         """Return the map from inner tensions to Phi at inner nodes, (target, m, source, m)."""

@@ -20,6 +20,7 @@ from stokesfibers.constraint.suspension import own_systems, solve_coupled
 from stokesfibers.core.arrays import Array, Nodal, Positions, as_float
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.parallel import Workers
+from stokesfibers.load import LoadedState
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.discrete import DiscreteFiber, Shape
 from stokesfibers.slender.suspension import Interaction, Scene
@@ -172,6 +173,11 @@ class PaperStepper:
         else:
             scene = Scene(self._interaction, shapes, self._workers)
             solver = self._problem.tension_solver
+            density = self._load_density(x)
+            if density.any():
+                pushed, stretched = scene.loaded(density)
+                slow = slow + pushed
+                right = right + stretched[:, 1:-1]
             tension, iterations = solve_coupled(scene, own, right, start=guess, solver=solver)
             tensile = scene.centreline_value(tension, bending=False)
             centreline = tensile + scene.centreline_value(None)
@@ -179,11 +185,29 @@ class PaperStepper:
             slow = slow - tensile - others
         return tension, np.ascontiguousarray(slow), iterations
 
+    def _load_density(self, x: Array) -> Array:
+        """Return the external force per length, (fiber, 3, node)."""
+        positions = np.ascontiguousarray(x.transpose(0, 2, 1))
+        state = loaded_state(self._problem, self.fibers, positions)
+        return np.ascontiguousarray(self._problem.load.density(state).transpose(0, 2, 1))
+
     def _own_centreline(self, shapes: tuple[Shape, ...], tension: Nodal) -> Array:
         """Return -(Lambda + K)[(T x_s)_s] of each fiber, (fiber, 3, node)."""
         return np.stack(
             [-f.tensile_velocity(s, q) for f, s, q in zip(self.fibers, shapes, tension, strict=True)]
         )
+
+
+def loaded_state(
+    problem: Problem, fibers: tuple[DiscreteFiber, ...], positions: Positions
+) -> LoadedState:
+    """Return what the problem's load may depend on."""
+    return LoadedState(
+        positions,
+        np.stack([f.grid.trapezoid for f in fibers]),
+        np.array([f.eps * f.grid.length for f in fibers]),
+        problem.domain,
+    )
 
 
 def _stretching(shape: Shape, gradient: Array) -> Array:
