@@ -1,0 +1,109 @@
+"""Random placement of straight fibers and their orientation distributions."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+from support import assert_close
+
+from stokesfibers.core.errors import InputError
+from stokesfibers.core.segments import segment_distances
+from stokesfibers.fiber.orientation import Aligned, InPlane, Isotropic, VonMisesFisher
+from stokesfibers.fiber.parameters import Fiber
+from stokesfibers.fiber.placement import Box, place_randomly
+
+
+def test_segment_distances_equal_a_fine_search():
+    random = np.random.default_rng(0)
+    g = np.linspace(0.0, 1.0, 801)
+    for _ in range(100):
+        a, u, c, v = random.normal(size=(4, 3))
+        near = np.linalg.norm((a + g[:, None] * u)[:, None] - (c + g[:, None] * v), axis=-1).min()
+        found = segment_distances(a, u, c[None], v[None])[0]
+        assert found <= near + 1e-12
+        assert found > near - 0.01
+
+
+def test_segment_distances_of_parallel_segments():
+    a, u = np.zeros(3), np.array([1.0, 0.0, 0.0])
+    starts = np.array([[0.2, 0.3, 0.0], [1.5, 0.0, 0.0], [-2.0, 0.4, 0.0]])
+    alongs = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
+    assert_close(segment_distances(a, u, starts, alongs), [0.3, 0.5, np.hypot(2.0, 0.4)], rtol=1e-12)
+
+
+@pytest.mark.parametrize("periods", [(2.5, 0.0, 0.0), (2.5, 2.5, 2.5), (0.0, 0.0, 0.0)])
+def test_placed_fibers_keep_the_gap_images_included(periods):
+    kinds = (Fiber(slenderness=0.02),) * 15 + (Fiber(length=0.5, slenderness=0.02),) * 10
+    box = Box(np.zeros(3), np.full(3, 2.5), np.array(periods))
+    middles, units = place_randomly(
+        kinds, box, orientation=Isotropic(), least_gap=0.05, seed=3
+    )
+    lengths = np.array([k.length for k in kinds])
+    radii = np.array([k.eps * k.length for k in kinds])
+    starts = middles - 0.5 * lengths[:, None] * units
+    alongs = lengths[:, None] * units
+    shifts = np.array(list(product((-1, 0, 1), repeat=3))) * np.array(periods)
+    gaps = [
+        segment_distances(starts[k] + shift, alongs[k], starts[[m]], alongs[[m]])[0]
+        - radii[k]
+        - radii[m]
+        for k in range(25)
+        for m in range(25)
+        for shift in shifts
+        if m < k or (m == k and shift.any())
+    ]
+    assert min(gaps) >= 0.05
+    assert min(gaps) < 0.15  # dense enough that the gap matters
+
+
+def test_placement_repeats_with_its_seed_and_changes_with_it():
+    kinds = (Fiber(slenderness=0.01),) * 5
+    box = Box(np.zeros(3), np.full(3, 3.0), np.zeros(3))
+    one, again, other = (
+        place_randomly(kinds, box, orientation=Isotropic(), least_gap=0.0, seed=seed)[0]
+        for seed in (1, 1, 2)
+    )
+    assert np.array_equal(one, again)
+    assert not np.array_equal(one, other)
+
+
+def test_a_box_that_is_too_full_is_refused_with_the_count_reached():
+    box = Box(np.zeros(3), np.full(3, 1.0), np.full(3, 1.0))
+    with pytest.raises(InputError, match=r"room for \d+ \(n L\^3"):
+        place_randomly(
+            (Fiber(slenderness=0.05),) * 200,
+            box,
+            orientation=Isotropic(),
+            least_gap=0.1,
+            seed=0,
+        )
+
+
+def test_orientations_have_their_moments():
+    random = np.random.default_rng(7)
+    for orientation, expected in [
+        (Isotropic(), np.eye(3) / 3.0),
+        (Aligned((0.0, 2.0, 0.0)), np.diag([0.0, 1.0, 0.0])),
+        (InPlane((0.0, 0.0, 1.0)), np.diag([0.5, 0.5, 0.0])),
+    ]:
+        units = orientation.sample(20000, random)
+        assert_close(np.linalg.norm(units, axis=1), np.ones(20000), rtol=1e-12)
+        assert_close(units.T @ units / 20000, expected, atol=0.015)
+    # the mean of a von Mises-Fisher variable is coth(k) - 1/k along the axis
+    units = VonMisesFisher((0.0, 0.0, 1.0), concentration=4.0).sample(20000, random)
+    assert_close(units.mean(axis=0), [0.0, 0.0, 1.0 / np.tanh(4.0) - 0.25], atol=0.01)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Aligned((0, 0, 0)),
+        lambda: InPlane((1, 2)),
+        lambda: VonMisesFisher(concentration=0.0),
+    ],
+)
+def test_bad_orientations_are_refused(make):
+    with pytest.raises(InputError):
+        make()
