@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import trapezoid
 
 from stokesfibers.experiments import runs
-from stokesfibers.experiments.stress import MU_BAR
 from stokesfibers.experiments.tiers import FULL, QUICK, BucklingRun
 
 
@@ -34,10 +33,13 @@ def test_quick_shear_stress(quick):
     assert float(fig07.data()["straight_shear_stress"].min()) >= 0.0
 
 
-def test_trace_of_the_printed_bending_stress_is_twice_the_elastic_energy(quick_settings):
-    run = BucklingRun(QUICK, MU_BAR, 80)
-    tree = runs.finished([run], quick_settings)[0]
-    assert runs.bending_trace_over_energy(tree, run) == pytest.approx(2.0, rel=0.02)
+def test_trace_of_the_printed_bending_stress_tends_to_twice_the_elastic_energy(quick_settings):
+    cases = [BucklingRun(QUICK, 2e5, n) for n in (40, 80)]
+    trees = runs.finished(cases, quick_settings)
+    pairs = zip(trees, cases, strict=True)
+    coarse, fine = (runs.bending_trace_over_energy(tree, case) for tree, case in pairs)
+    assert fine == pytest.approx(2.0, abs=0.06)
+    assert abs(coarse - 2.0) > 3.5 * abs(fine - 2.0)
 
 
 @pytest.mark.slow

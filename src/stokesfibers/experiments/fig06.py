@@ -34,6 +34,7 @@ def run(settings: Settings) -> xr.Dataset:
     one, other = stress.mirrored(settings)
     data = data.assign_coords(stored_time=time)
     return data.assign(
+        bending_trace=(("intervals",), stress.bending_traces(settings)),
         direct_n1=(("intervals", "stored_time"), values),
         mirror_difference=((), float(np.abs(one - other).max() / np.abs(one).max())),
     )
@@ -73,6 +74,13 @@ def check(data: xr.Dataset) -> Sequence[Row]:
             "relative difference of the two extrapolated integrals",
             abs(best[0] / best[1] - 1.0),
             high=0.05 if quick else 2e-3,
+        ),
+        Row(
+            "trace of the bending stress over the elastic energy, finest run",
+            float(data["bending_trace"][-1]),
+            None,
+            *((1.8, 2.2) if quick else (1.98, 2.02)),
+            note="f x as printed, at the largest energy; 2 for the exact fiber.",
         ),
         Row(
             "largest difference of N1 to the run from -x, over its peak",

@@ -71,6 +71,15 @@ def direct(settings: Settings) -> tuple[Array, Array]:
     return time[inside], np.stack([values[inside] for _, values in found])
 
 
+def bending_traces(settings: Settings) -> Array:
+    """Return, by level, the trace of the bending part of (48) as printed over the energy (49)."""
+    chosen = tier(settings.quick)
+    cases = [BucklingRun(chosen, MU_BAR, n) for n in chosen.levels_for(MU_BAR)]
+    trees = runs.finished(cases, settings)
+    pairs = zip(trees, cases, strict=True)
+    return np.array([runs.bending_trace_over_energy(tree, case) for tree, case in pairs])
+
+
 def mirrored(settings: Settings) -> tuple[Array, Array]:
     """Return N_1 of the runs from x and from the mirror image -x, at the same coarse level."""
     chosen = tier(settings.quick)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stokesfibers.core.arrays import Array
 from stokesfibers.fiber.initial import NearlyStraight
@@ -73,7 +74,7 @@ class Tier:
         """The end of the runs, in frames after the vertical."""
         return round((self.until - self.vertical) / FRAME)
 
-    def at(self, frames: float | Array) -> Array:
+    def at(self, frames: ArrayLike) -> Array:
         """Return the times that lie `frames` frames of 0.512 after the vertical."""
         return self.vertical + FRAME * np.asarray(frames, dtype=float)
 

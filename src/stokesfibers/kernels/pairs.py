@@ -230,7 +230,9 @@ def others_velocity(
                     p[0], p[1], p[2], x[k], xs[k], force[k], h[k], doublet[k], near2
                 )
                 if count > 0:
-                    _close(p, k, x[k], xs[k], force[k], h[k], doublet[k], close, centreline, at, value)
+                    _close(
+                        p, k, x[k], xs[k], force[k], h[k], doublet[k], close, centreline, at, value
+                    )
                     vx, vy, vz = value[0], value[1], value[2]
                 out[i, 0] += vx
                 out[i, 1] += vy
@@ -298,8 +300,16 @@ def _close_tension_row(p, k, x, xs, h, doublet, close, tensile, at, fresh):
                 if share > 0.0:
                     # the force -T x_s is interpolated linearly between its nodal values
                     vx, vy, vz = _term(
-                        rx, ry, rz, tx, ty, tz,
-                        -xs[0, j + side], -xs[1, j + side], -xs[2, j + side], doublet,
+                        rx,
+                        ry,
+                        rz,
+                        tx,
+                        ty,
+                        tz,
+                        -xs[0, j + side],
+                        -xs[1, j + side],
+                        -xs[2, j + side],
+                        doublet,
                     )
                     fresh[0, j + side] += weight * share * vx
                     fresh[1, j + side] += weight * share * vy
@@ -323,7 +333,12 @@ def _far_tensor(rx, ry, rz, shifts, out):
         w = inverse2 * np.sqrt(inverse2)
         v = 3.0 * w * inverse2
         entries = (
-            w - v * ax * ax, w - v * ay * ay, w - v * az * az, -v * ax * ay, -v * ax * az, -v * ay * az,
+            w - v * ax * ax,
+            w - v * ay * ay,
+            w - v * az * az,
+            -v * ax * ay,
+            -v * ax * az,
+            -v * ay * az,
         )
         for c in range(6):
             out[0, c] += entries[c] * ax
@@ -332,9 +347,7 @@ def _far_tensor(rx, ry, rz, shifts, out):
 
 
 @njit(**_OPTIONS)
-def tension_influence(
-    own, k, x, xs, h, doublet, images, close, tensile, centres, trapezoid, out
-):
+def tension_influence(own, k, x, xs, h, doublet, images, close, tensile, centres, trapezoid, out):
     """Fill out (node, node) with x_s . d/ds of the velocity at fiber `own` by tensions of fiber k.
 
     The derivative is the compact difference (33) between half points; rows 0 and N are zero. The

@@ -324,7 +324,7 @@ def test_progress_shows_time_step_error_and_time_left():
         assert watch is not None
         for k in range(1, 4):
             time.sleep(0.15)
-            watch(Moment(2.5 * k, 10.0, 0.02, 1.5e-5))
+            watch(Moment(2.5 * k, 10.0, 0.02, 1.5e-5, lambda: None))
     last = screen.getvalue().split("\r")[-3]
     for part in ("t = 7.5 of 10", "75 %", "dt 0.02", "length error 1.5e-05", "left"):
         assert part in last
