@@ -6,6 +6,7 @@ STAMP := .venv/.installed
 .PHONY: demo test slow lint bench clean
 
 demo: $(STAMP)
+	mkdir -p demo
 	$(BIN)/stokesfibers run cases/buckling.toml --out demo/buckling.zarr --overwrite
 	$(BIN)/stokesfibers plot demo/buckling.zarr panels --out demo/shapes.png
 	$(BIN)/stokesfibers plot demo/buckling.zarr stress --out demo/stress.png

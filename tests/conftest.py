@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 from hypothesis import settings
-from support import assert_close as _assert_close
 from threadpoolctl import threadpool_limits
+
+from support import assert_close as _assert_close
 
 settings.register_profile("repeatable", derandomize=True, deadline=None, print_blob=False)
 settings.load_profile("repeatable")

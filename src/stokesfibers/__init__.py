@@ -29,10 +29,12 @@ if TYPE_CHECKING:
         UserFlow,
     )
     from stokesfibers.io.reader import open_run
+    from stokesfibers.observe.velocity import fluid_velocity
     from stokesfibers.problem.engine import PaperEngine
     from stokesfibers.problem.problem import Problem
     from stokesfibers.run.schedule import every
     from stokesfibers.run.simulate import Result, resume, simulate
+    from stokesfibers.run.velocity import velocity_from_run
     from stokesfibers.slender.mobility import LocalDrag, NonLocal
     from stokesfibers.slender.regularization import (
         ConstantRegularization,
@@ -76,6 +78,8 @@ _HOMES: dict[str, str] = {
     "Result": "run.simulate",
     "resume": "run.simulate",
     "simulate": "run.simulate",
+    "fluid_velocity": "observe.velocity",
+    "velocity_from_run": "run.velocity",
     "LocalDrag": "slender.mobility",
     "NonLocal": "slender.mobility",
     **dict.fromkeys(_REGULARIZATIONS, "slender.regularization"),
@@ -109,12 +113,14 @@ __all__ = [
     "UserFlow",
     "__version__",
     "every",
+    "fluid_velocity",
     "load_case",
     "open_run",
     "plot",
     "resume",
     "shapes",
     "simulate",
+    "velocity_from_run",
 ]
 
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.polynomial import legendre
-from reference.twins import graded_nodes
-from support import advance, assert_close, assert_negligible, assert_order
 
 import stokesfibers as sf
+from reference.twins import graded_nodes
 from stokesfibers.constraint.line_tension import solve_tension
 from stokesfibers.slender.discrete import DiscreteFiber
 from stokesfibers.slender.mobility import slenderness_constant
+from support import advance, assert_close, assert_negligible, assert_order
 
 ANGLES = np.pi * np.array([0.05, 0.25, 0.4, 0.6, 0.75, 0.9936])
-FIBER = sf.Fiber(slenderness=1e-2)
 MOBILITIES = (
     sf.NonLocal(sf.PaperRegularization()),
     sf.NonLocal(sf.SpheroidalRegularization()),
@@ -29,13 +28,15 @@ def rod(angle: float, intervals: int) -> np.ndarray:
     return np.outer(direction, np.linspace(-0.5, 0.5, intervals + 1))
 
 
-def problem(mobility, intervals: int, *, rate: float = 1.0, eps: float = 1e-2, mu_bar: float = 1e4):
+def problem(
+    mobility, intervals: int, *, rate: float = 1.0, eps: float = 1e-2, dt: float = 0.02
+) -> sf.Problem:
     return sf.Problem(
         sf.Fiber(slenderness=eps),
-        mu_bar=mu_bar,
+        mu_bar=1e4,
         flow=sf.Shear(rate=rate),
         mobility=mobility,
-        engine=sf.PaperEngine(intervals=intervals),
+        engine=sf.PaperEngine(intervals=intervals, dt=dt),
     )
 
 
@@ -131,17 +132,18 @@ def test_straight_rod_rotates_as_45_at_second_order(mobility):
     exact_angle = np.pi / 2.0 - np.arctan(1.0 / np.tan(angle) + until)
     exact = np.array([np.cos(exact_angle), np.sin(exact_angle), 0.0])
     errors, lengths = [], []
-    for intervals in (12, 24, 48) if mobility != MOBILITIES[2] else (7 + 1, 16, 28):
-        steps = round(until / 1.28 * intervals)
-        _, carry = advance(problem(mobility, intervals), rod(angle, intervals), steps)
+    for dt in (0.032, 0.016, 0.008):
+        case = problem(mobility, 12, dt=dt)
+        _, carry = advance(case, rod(angle, 12), round(until / dt))
         x = carry.x[0]
         ends = x[:, -1] - x[:, 0]
-        assert_negligible(x.mean(axis=1), scale=1.0, rtol=1e-10)
-        assert_negligible(np.diff(x, 2), scale=1.0, rtol=1e-10)
+        assert_negligible(x.mean(axis=1), scale=1.0, rtol=1e-6)
+        assert_negligible(np.diff(x, 2), scale=1.0, rtol=1e-6)
         length = np.linalg.norm(ends)
         errors.append(np.linalg.norm(ends / length - exact))
         lengths.append(abs(length - 1.0))
-    print(mobility, errors, lengths)
+    assert_order(errors, between=(1.9, 2.1), final=3e-5)
+    assert_order(lengths, between=(1.7, 2.2), final=1.5e-6)
 
 
 def test_angular_velocity_differs_from_jeffery_by_four_eps_squared():
@@ -150,10 +152,8 @@ def test_angular_velocity_differs_from_jeffery_by_four_eps_squared():
     across = np.array([-np.sin(angle), np.cos(angle), 0.0])
     differences = []
     for eps in (4e-2, 2e-2, 1e-2):
-        stepper, carry = advance(
-            problem(sf.NonLocal(), 20, eps=eps, mu_bar=1e3), rod(angle, 20), 0
-        )
-        velocity = carry.slow[0] / 1e3
+        _, carry = advance(problem(sf.NonLocal(), 20, eps=eps), rod(angle, 20), 0)
+        velocity = carry.slow[0] / 1e4
         found = across @ (velocity[:, -1] - velocity[:, 0])
         assert found == pytest.approx(-(np.sin(angle) ** 2), rel=1e-12)
         jeffery = -(np.sin(angle) ** 2 + (2 * eps * np.cos(angle)) ** 2) / (1 + 4 * eps**2)
@@ -161,5 +161,19 @@ def test_angular_velocity_differs_from_jeffery_by_four_eps_squared():
         assert differences[-1] == pytest.approx(
             4 * eps**2 * np.cos(2 * angle) / (1 + 4 * eps**2), rel=1e-9
         )
-        del stepper
     assert_order(differences, between=(1.99, 2.01), final=2e-4)
+
+
+@pytest.mark.parametrize(("beta", "dt"), [(20.0, 1 / 30), (50.0, 1 / 75)])
+def test_penalisation_limits_the_step_to_two_thirds_of_its_time(beta, dt):
+    """|x_s|^2 - 1 relaxes at the rate 2 beta; extrapolated BDF2 needs 2 beta dt < 4/3."""
+
+    def length_error(step: float) -> float:
+        engine = sf.PaperEngine(intervals=16, dt=step, beta=beta)
+        fiber = sf.Fiber(slenderness=1e-2)
+        case = sf.Problem(fiber, mu_bar=1e4, flow=sf.Shear(), engine=engine)
+        _, carry = advance(case, rod(0.8 * np.pi, 16), 80)
+        return abs(np.linalg.norm(np.diff(carry.x[0]), axis=0).sum() - 1.0)
+
+    assert length_error(0.97 * dt) < 5e-5
+    assert length_error(1.08 * dt) > 1e-2

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from reference import twins
-from support import assert_close, assert_order, helical_curve, observed_orders
 
-from stokesfibers.constraint.line_tension import tension_system
+from reference import twins
 from stokesfibers.slender.discrete import DiscreteFiber
 from stokesfibers.slender.mobility import NonLocal, slenderness_constant
 from stokesfibers.slender.regularization import (
@@ -16,6 +14,7 @@ from stokesfibers.slender.regularization import (
     PaperRegularization,
     SpheroidalRegularization,
 )
+from support import assert_close, assert_order, helical_curve, observed_orders
 
 N = 10
 REGULARIZATIONS = [PaperRegularization(), ConstantRegularization(), SpheroidalRegularization()]
@@ -162,9 +161,7 @@ def test_37_and_38_approach_the_continuous_operator_at_second_order(regularizati
             ]
         )
     tensile_errors, bending_errors = np.array(errors).T
-    assert_order(
-        tensile_errors, between=(1.9, 2.2), final=LARGEST_TENSILE[regularization.kind]
-    )
+    assert_order(tensile_errors, between=(1.9, 2.2), final=LARGEST_TENSILE[regularization.kind])
     assert_order(bending_errors, between=(1.9, 2.3), final=LARGEST_BENDING)
 
 
@@ -181,9 +178,7 @@ def test_finite_part_approaches_the_continuous_operator_at_second_order():
     errors = []
     for intervals in INTERVALS[:3]:
         fiber = build(regularization, intervals)
-        found = fiber.finite_part(
-            fiber.shape(CURVE.nodes(intervals)), tensile_force(fiber.nodes)
-        )
+        found = fiber.finite_part(fiber.shape(CURVE.nodes(intervals)), tensile_force(fiber.nodes))
         errors.append(np.abs(at_samples(found.T) - exact).max() / np.abs(exact).max())
     assert_order(errors, between=(1.9, 2.2), final=6e-5)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -114,7 +115,7 @@ def integrate(
     for j in range(intervals):
         at = split * intervals - j
         cuts = [0.0, at, 1.0] if 1e-9 < at < 1.0 - 1e-9 else [0.0, 1.0]
-        for a, b in zip(cuts, cuts[1:], strict=False):
+        for a, b in pairwise(cuts):
 
             def g(xi: float, j: int = j) -> np.ndarray:
                 return np.asarray(f(j, xi))
@@ -155,7 +156,7 @@ def finite_part(x: np.ndarray, delta: np.ndarray, g: np.ndarray) -> np.ndarray:
 def evolution_matrix(
     x: np.ndarray, delta: np.ndarray, *, a: float, b: float, factor: float
 ) -> np.ndarray:
-    """Return I + factor (Lambda + K_delta) D_4 applied to every unit vector, unknowns (space, node).
+    """Return I + factor (Lambda + K_delta) D_4, applied to every unit vector; (space, node) twice.
 
     Rows of nodes 0, 1, N - 1, N: D_2 x_0, D_3 x_0, D_3 x_N, D_2 x_N, times h^2 or h^3.
     """

@@ -12,11 +12,14 @@ from typing import Any
 from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import Table, as_table, build, choose, refuse_unknown, to_table
+from stokesfibers.fiber.curves import Curve
 from stokesfibers.fiber.initial import INITIALS, AbstractInitial, FromFile, NearlyStraight
+from stokesfibers.problem.checks import Plan
 from stokesfibers.problem.flow_tables import resolved_flow
 from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import TABLES, problem_from_tables, problem_to_tables
 from stokesfibers.run.schedule import Schedule
+from stokesfibers.run.simulate import nodal_positions
 
 _PART = re.compile(r"(?P<key>[A-Za-z0-9_-]+)(?P<places>(\[\d+\])*)")
 
@@ -53,6 +56,25 @@ class Case:
         tables["initial"] = to_table(self.initial)
         tables["record"] = to_table(self.record)
         return tables
+
+    def plan(self) -> Plan:
+        """Return what the checks of doubtful choices need beside the problem.
+
+        Raises
+        ------
+        InputError
+            If the initial shapes cannot be had.
+        """
+        return Plan(
+            until=self.until,
+            positions_every=self.record.positions_every,
+            observables_every=self.record.observables_interval,
+            positions=nodal_positions(self.curves(), self.problem),
+        )
+
+    def curves(self) -> tuple[Curve, ...]:
+        """Return the initial shapes; InputError if they cannot be had."""
+        return self.initial.curves(self.problem.fibers)
 
 
 def load_case(

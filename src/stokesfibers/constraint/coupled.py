@@ -137,9 +137,7 @@ class Krylov(AbstractTensionSolver):
 
         def apply(flat: Array) -> Array:
             tension = flat.reshape(shape)
-            moved = [
-                lu_solve(f, system.others(k, tension)) for k, f in enumerate(factors)
-            ]
+            moved = [lu_solve(f, system.others(k, tension)) for k, f in enumerate(factors)]
             return (tension + np.stack(moved)).ravel()
 
         right = np.stack([lu_solve(f, r) for f, r in zip(factors, system.right, strict=True)])
@@ -168,6 +166,4 @@ class Krylov(AbstractTensionSolver):
         return found.reshape(shape), max(count, 1)
 
 
-TENSION_SOLVERS: dict[str, type[AbstractTensionSolver]] = {
-    s.kind: s for s in (FixedPoint, Krylov)
-}
+TENSION_SOLVERS: dict[str, type[AbstractTensionSolver]] = {s.kind: s for s in (FixedPoint, Krylov)}

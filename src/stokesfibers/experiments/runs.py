@@ -112,6 +112,21 @@ def direct_normal_stress_difference(tree: xr.DataTree, run: BucklingRun) -> tupl
     return time, values
 
 
+def bending_trace_over_energy(tree: xr.DataTree, run: BucklingRun) -> float:
+    """Return the trace of the bending part of (48) as printed over the elastic energy (49).
+
+    At the stored time of largest energy; integrating by parts gives 2 for the exact fiber.
+    """
+    fiber = PaperStepper(run.problem).fibers[0]
+    best = (0.0, 0.0)
+    for x in tree["trajectory"]["position"].to_numpy()[:, 0]:
+        shape = fiber.shape(x.T)
+        energy = 0.5 * float(np.sum(shape.xss**2, axis=0) @ fiber.grid.trapezoid)
+        trace = float(np.sum(shape.xssss * shape.x, axis=0) @ fiber.grid.trapezoid)
+        best = max(best, (energy, trace))
+    return best[1] / best[0]
+
+
 def _store(run: BucklingRun, folder: Path) -> Path:
     return folder / f"{run.name}.zarr"
 
@@ -213,6 +228,7 @@ def _share_done(run: BucklingRun, folder: Path) -> float:
 
 __all__ = [
     "attempted",
+    "bending_trace_over_energy",
     "direct_normal_stress_difference",
     "finished",
     "frames",

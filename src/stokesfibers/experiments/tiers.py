@@ -6,18 +6,18 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stokesfibers.core.arrays import Array
 from stokesfibers.fiber.initial import NearlyStraight
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.flow import Shear
-from stokesfibers.problem.engine import BETA_PER_RATE, PaperEngine
+from stokesfibers.problem.engine import PaperEngine
 from stokesfibers.problem.problem import Problem
 
 EPS = 1e-3
 FRAME = 0.512
 """A multiple of every time step in use; times to compare are counted in it from the vertical."""
-MU_BARS = (2e5, 3e5, 4e5)
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,12 @@ class Tier:
         Numbers of intervals, each twice the one before, for mu_bar up to `coarsest_up_to`.
     coarsest_up_to
         Largest mu_bar that the coarsest level survives.
+    drawn
+        Intervals of the runs whose shapes and tensions are drawn.
+    beta
+        Penalisation of (14).
+    mu_bars
+        Values at which resolutions are compared.
     """
 
     name: str
@@ -49,6 +55,9 @@ class Tier:
     step_ratio: float
     levels: tuple[int, ...]
     coarsest_up_to: float
+    drawn: int
+    beta: float
+    mu_bars: tuple[float, ...]
 
     @property
     def angle(self) -> float:
@@ -60,7 +69,12 @@ class Tier:
         """Interval between observables: the step of the coarsest level."""
         return self.step_ratio / self.levels[0]
 
-    def at(self, frames: float | Array) -> Array:
+    @property
+    def last_frame(self) -> int:
+        """The end of the runs, in frames after the vertical."""
+        return round((self.until - self.vertical) / FRAME)
+
+    def at(self, frames: ArrayLike) -> Array:
         """Return the times that lie `frames` frames of 0.512 after the vertical."""
         return self.vertical + FRAME * np.asarray(frames, dtype=float)
 
@@ -69,10 +83,35 @@ class Tier:
         return self.levels if mu_bar <= self.coarsest_up_to else self.levels[1:]
 
 
-FULL = Tier("full", 49.664, 61.44, -1e-4, 1.28, (50, 100, 200), coarsest_up_to=4e5)
-"""The paper's: dt = 1.28 / N."""
-QUICK = Tier("quick", 9.728, 21.504, -1e-3, 0.64, (20, 40, 80), coarsest_up_to=2e5)
-"""A later start with a larger perturbation, on coarse grids: buckles alike, in seconds."""
+FULL = Tier(
+    name="full",
+    vertical=49.664,
+    until=61.44,
+    amplitude=-1e-4,
+    step_ratio=1.28,
+    levels=(50, 100, 200),
+    coarsest_up_to=4e5,
+    drawn=200,
+    beta=20.0,
+    mu_bars=(2e5, 3e5, 4e5),
+)
+"""The paper's runs: dt = 1.28 / N."""
+QUICK = Tier(
+    name="quick",
+    vertical=9.728,
+    until=19.456,
+    amplitude=-1e-3,
+    step_ratio=1.024,
+    levels=(20, 40, 80),
+    coarsest_up_to=2e5,
+    drawn=40,
+    beta=10.0,
+    mu_bars=(2e5, 4e5),
+)
+"""A later start with a larger perturbation, on coarse grids: buckles alike, in seconds.
+
+Its steps are larger than 2 / (3 beta), where the scheme turns unstable, at the paper's beta = 20.
+"""
 
 
 def tier(quick: bool) -> Tier:
@@ -93,22 +132,34 @@ class BucklingRun:
     intervals
         N.
     beta
-        Penalisation of (14).
+        Penalisation of (14), if not the tier's.
+    mirrored
+        Start from -x instead of x.
     """
 
     tier: Tier
     mu_bar: float
     intervals: int
-    beta: float = BETA_PER_RATE
+    beta: float | None = None
+    mirrored: bool = False
 
     @property
     def name(self) -> str:
         """Name of the run's store, without its suffix."""
-        return f"{self.tier.name}-mubar{self.mu_bar:.0f}-N{self.intervals}-beta{self.beta:g}"
+        name = f"{self.tier.name}-mubar{self.mu_bar:.0f}-N{self.intervals}"
+        name = f"{name}-beta{self.penalisation:g}"
+        return f"{name}-mirrored" if self.mirrored else name
+
+    @property
+    def penalisation(self) -> float:
+        """beta of (14)."""
+        return self.tier.beta if self.beta is None else self.beta
 
     @property
     def initial(self) -> NearlyStraight:
         """The initial shape (47)."""
+        if self.mirrored:
+            return NearlyStraight(angle=self.tier.angle + pi, amplitude=-self.tier.amplitude)
         return NearlyStraight(angle=self.tier.angle, amplitude=self.tier.amplitude)
 
     @property
@@ -121,6 +172,6 @@ class BucklingRun:
             engine=PaperEngine(
                 intervals=self.intervals,
                 dt=self.tier.step_ratio / self.intervals,
-                beta=self.beta,
+                beta=self.penalisation,
             ),
         )

@@ -28,7 +28,15 @@ class AbstractInitial(abc.ABC):
 
 @dataclass(frozen=True)
 class Straight(AbstractInitial):
-    """Straight fibers in the xy-plane; see `curves.straight`."""
+    """Straight fibers in the xy-plane.
+
+    Attributes
+    ----------
+    angle
+        Angle to the x-axis, radians.
+    centre
+        Mid-point, in units of length.
+    """
 
     angle: float = 0.0
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -44,7 +52,17 @@ class Straight(AbstractInitial):
 
 @dataclass(frozen=True)
 class NearlyStraight(AbstractInitial):
-    """The paper's slightly bent shape (47); see `curves.nearly_straight`."""
+    """The paper's slightly bent shape (47).
+
+    Attributes
+    ----------
+    angle
+        theta_0, angle to the x-axis, radians; default the paper's.
+    amplitude
+        d_y, in units of the fiber's length; the largest deflection is d_y / 256.
+    centre
+        Mid-point, in units of length.
+    """
 
     angle: float = curves.PAPER_ANGLE
     amplitude: float = -1e-4
@@ -67,7 +85,13 @@ class NearlyStraight(AbstractInitial):
 
 @dataclass(frozen=True)
 class FromFile(AbstractInitial):
-    """Points from a .npy file of shape (fiber, point, 3), or (point, 3) for one fiber."""
+    """Points from a file, resampled by arclength and scaled to the fiber's length.
+
+    Attributes
+    ----------
+    path
+        A .npy file of shape (fiber, point, 3), or (point, 3) for one fiber.
+    """
 
     path: str
     kind: ClassVar[str] = "file"

@@ -122,6 +122,7 @@ def shape_panels(
             ax.set_aspect("equal", adjustable="box")
             ax.set_title(f"${time.symbol} = {t:.6g}${shown}")
             ax.locator_params(nbins=3, min_n_ticks=2)
+            ax.xaxis.set_major_formatter("{x:g}")  # narrow panels: 0, not 0.00
         axes[0].set(xlim=box[0], ylim=box[1])
         for spare in axes[len(records) :]:
             spare.remove()

@@ -12,14 +12,13 @@ from math import ceil
 
 import numpy as np
 
-from stokesfibers.core.arrays import Array, Positions
-from stokesfibers.fiber.parameters import Fiber
-from stokesfibers.numerics.product_integration import FinitePartWeights
+from stokesfibers.core.arrays import Positions
 from stokesfibers.problem.engine import STEP_PER_SPACING
 from stokesfibers.problem.groups import groups
 from stokesfibers.problem.problem import Problem
-from stokesfibers.slender.mobility import NonLocal, slenderness_constant
+from stokesfibers.slender.mobility import NonLocal
 from stokesfibers.slender.regularization import NoRegularization
+from stokesfibers.slender.spectrum import smallest_eigenvalue
 
 LARGEST_CREDIBLE_SLENDERNESS = 0.05
 """Slender body theory has an error of order eps^2 log(1/eps); here it reaches a percent."""
@@ -176,7 +175,8 @@ def lost_positivity(problem: Problem) -> Iterator[Doubt]:
     if not isinstance(problem.mobility, NonLocal):
         return
     for fiber in problem.fibers:
-        smallest = _smallest_eigenvalue(problem, fiber)
+        weights = problem.mobility.weights(problem.engine.intervals, fiber.eps)
+        smallest = smallest_eigenvalue(weights, fiber.eps)
         if smallest >= SMALL_EIGENVALUE:
             continue
         state = "has lost its positive sign" if smallest <= 0.0 else "is close to losing its sign"
@@ -260,13 +260,6 @@ def _dt(problem: Problem) -> float:
     return problem.engine.dt
 
 
-def _smallest_eigenvalue(problem: Problem, fiber: Fiber) -> float:
-    """Return the smallest eigenvalue of -c + S_delta on the grid of a straight fiber."""
-    weights: FinitePartWeights = problem.mobility.weights(problem.engine.intervals, fiber.eps)
-    matrix: Array = weights.hat - np.diag(weights.phi + slenderness_constant(fiber.eps))
-    return float(np.linalg.eigvals(matrix).real.min())
-
-
 def _largest_bend(positions: Positions) -> float:
     """Return how far fibers leave their chords, over the chord's length."""
     chord = positions[:, -1:] - positions[:, :1]
@@ -274,7 +267,9 @@ def _largest_bend(positions: Positions) -> float:
     unit = chord / np.where(length > 0.0, length, 1.0)
     along = positions - positions[:, :1]
     across = along - np.sum(along * unit, axis=-1, keepdims=True) * unit
-    return float((np.linalg.norm(across, axis=-1, keepdims=True) / np.maximum(length, 1e-300)).max())
+    return float(
+        (np.linalg.norm(across, axis=-1, keepdims=True) / np.maximum(length, 1e-300)).max()
+    )
 
 
 def _physical_memory() -> int | None:

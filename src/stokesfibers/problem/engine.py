@@ -12,6 +12,8 @@ from stokesfibers.numerics.finite_differences import LEAST_INTERVALS
 STEP_PER_SPACING = 1.28
 """dt rate / (h / L) of all the paper's runs."""
 BETA_PER_RATE = 20.0
+LARGEST_BETA_STEP = 0.5
+"""dt beta of the default step; the explicit penalisation is unstable from 2/3 on."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,8 @@ class PaperEngine:
     intervals
         N.
     dt
-        Time step; if None, 1.28 / (N rate), the ratio of the paper's runs.
+        Time step; if None, 1.28 / (N rate), the ratio of the paper's runs, or 1 / (2 beta) if that
+        is smaller: the penalisation is unstable above 2 / (3 beta).
     beta
         Penalisation of (14), per unit time; if None, 20 times the flow's rate.
     """
@@ -54,8 +57,10 @@ class PaperEngine:
                 raise InputError(
                     name, "a value, since there is no flow rate to derive it from", "none"
                 )
-        return replace(
-            self,
-            dt=self.dt if self.dt is not None else STEP_PER_SPACING / (self.intervals * rate),
-            beta=self.beta if self.beta is not None else BETA_PER_RATE * rate,
-        )
+        beta = self.beta if self.beta is not None else BETA_PER_RATE * rate
+        dt = self.dt
+        if dt is None:
+            dt = STEP_PER_SPACING / (self.intervals * rate)
+            if beta > 0.0:
+                dt = min(dt, LARGEST_BETA_STEP / beta)
+        return replace(self, dt=dt, beta=beta)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from math import ceil
 
 import numpy as np
 
 from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
+from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.run.interrupt import Wish
 from stokesfibers.run.recorder import Recorder
 from stokesfibers.stepping.paper import Carry, PaperStepper
@@ -31,12 +33,15 @@ class Moment:
         Length of the step just taken.
     length_error
         Largest relative length error of a fiber, from its chords.
+    snapshot
+        Call it for shapes and tensions, for instance as the argument of ``fluid_velocity``.
     """
 
     time: float
     until: float
     step_size: float
     length_error: float
+    snapshot: Callable[[], Snapshot]
 
 
 Watch = Callable[[Moment], None]
@@ -108,7 +113,8 @@ def _advance(
         carry = ahead
         recorder.step(carry, report)
         if goal.watch is not None:
-            goal.watch(Moment(report.time, goal.until, report.step_size, error))
+            snapshot = partial(recorder.snapshot, carry)
+            goal.watch(Moment(report.time, goal.until, report.step_size, error, snapshot))
     return _done(stepper.time(carry.step), goal.until), carry
 
 

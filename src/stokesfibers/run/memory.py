@@ -60,7 +60,7 @@ class MemorySink:
             )
         datasets = {}
         for group, variables in groups.items():
-            dims = {d for v in variables.values() for d in v.dims}
+            dims = {str(d) for v in variables.values() for d in v.dims}
             labels = {d: list(self._labels[d]) for d in dims & self._labels.keys()}
             datasets[group] = xr.Dataset(variables).assign_coords(labels)  # type: ignore[arg-type]
         tree = xr.DataTree.from_dict(datasets)

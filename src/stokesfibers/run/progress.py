@@ -9,11 +9,13 @@ from typing import IO
 
 from stokesfibers.run.advance import Moment, Watch
 
-_FORMAT = "{desc} |{bar}| {percentage:3.0f} %  {postfix[0]}  {elapsed}<{remaining}"
+_FORMAT = "{desc} |{bar}| {percentage:3.0f} %{postfix}, {remaining} left"
 
 
 @contextmanager
-def progress(until: float, *, start: float = 0.0, stream: IO[str] | None = None) -> Iterator[Watch]:
+def progress(
+    until: float, *, start: float = 0.0, stream: IO[str] | None = None
+) -> Iterator[Watch | None]:
     """Show a bar while the block runs and give the function that moves it.
 
     Parameters
@@ -23,27 +25,30 @@ def progress(until: float, *, start: float = 0.0, stream: IO[str] | None = None)
     start
         Simulated time at the start; 0 unless resumed.
     stream
-        Where to draw; standard error by default. Nothing is drawn unless it is a terminal.
+        Where to draw; standard error by default. Unless it is a terminal nothing is drawn and
+        None is given.
     """
+    out = sys.stderr if stream is None else stream
+    if not out.isatty():
+        yield None
+        return
     from tqdm import tqdm  # not needed by runs that nobody watches
 
-    out = sys.stderr if stream is None else stream
     with tqdm(
         total=until,
         initial=start,
         file=out,
-        disable=not out.isatty(),
         bar_format=_FORMAT,
         dynamic_ncols=True,
         mininterval=0.1,
         leave=False,
-        postfix=[""],
     ) as bar:
 
         def show(moment: Moment) -> None:
             # Before `update`, which draws only now and then.
             bar.set_description_str(f"t = {moment.time:.4g} of {moment.until:g}", refresh=False)
-            bar.postfix[0] = f"dt {moment.step_size:.3g}, length error {moment.length_error:.1e}"
+            numbers = f"dt {moment.step_size:.3g}, length error {moment.length_error:.1e}"
+            bar.set_postfix_str(numbers, refresh=False)
             bar.update(min(moment.time, moment.until) - bar.n)
 
         yield show

@@ -61,7 +61,7 @@ class Recorder:
 
     def start(self, carry: Carry) -> None:
         """Record the initial state and commit it."""
-        snapshot = self._snapshot(carry)
+        snapshot = self.snapshot(carry)
         self._sink.append(trajectory_records(snapshot, self._points))
         self._sink.append(observable_records(snapshot))
         self.commit(carry, Status("running", snapshot.time))
@@ -75,7 +75,7 @@ class Recorder:
         place = is_due(schedule.positions_every, before, now)
         if not (observe or place):
             return
-        snapshot = self._snapshot(carry)
+        snapshot = self.snapshot(carry)
         if observe:
             self._sink.append(observable_records(snapshot))
         if place:
@@ -96,6 +96,7 @@ class Recorder:
         if carry is not None:
             self._saved = status.time
 
-    def _snapshot(self, carry: Carry) -> Snapshot:
+    def snapshot(self, carry: Carry) -> Snapshot:
+        """Return the moment of `carry` as observables see it."""
         time = self._stepper.time(carry.step)
         return Snapshot.take(time, self._stepper.fibers, carry.positions, carry.tension)

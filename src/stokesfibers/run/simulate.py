@@ -22,6 +22,7 @@ from stokesfibers.core.tables import Table, choose, to_table
 from stokesfibers.fiber.curves import Curve
 from stokesfibers.fiber.initial import INITIALS, given
 from stokesfibers.fiber.parameters import RADIUS_PROFILE
+from stokesfibers.io.checkpoint import Checkpoint
 from stokesfibers.io.provenance import provenance
 from stokesfibers.io.reader import open_run
 from stokesfibers.io.store import RunStore
@@ -32,7 +33,7 @@ from stokesfibers.run.advance import Goal, Moment, Watch, advance
 from stokesfibers.run.interrupt import stop_on_signal
 from stokesfibers.run.layout import LABELS, OutputPoints, layout
 from stokesfibers.run.memory import MemorySink
-from stokesfibers.run.recorder import Recorder
+from stokesfibers.run.recorder import Recorder, Sink
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.stepping.paper import Carry, PaperStepper
 
@@ -106,7 +107,7 @@ def simulate(
         If something given cannot be used or the store cannot be written.
     """
     checks.positive("until", until)
-    with _reproducible(), stop_on_signal() as wish:
+    with reproducible(), stop_on_signal() as wish:
         stepper = PaperStepper(problem)
         carry = stepper.init(nodal_positions(initial, problem))
         first = Snapshot.take(0.0, stepper.fibers, carry.positions, carry.tension)
@@ -115,13 +116,12 @@ def simulate(
         goal = Goal(until, wish, watch)
         if out is None:
             memory = MemorySink(arrays, attributes, LABELS)
-            recorder = Recorder(memory, stepper, record)
-            status = advance(recorder, stepper, carry, goal, fresh=True)
+            status = _begin(memory, record, stepper, carry, goal=goal)
             return Result(memory.tree(), status, problem)
-        with RunStore.create(out, arrays, attributes, labels=LABELS, overwrite=overwrite) as store:
-            recorder = Recorder(store, stepper, record)
-            status = advance(recorder, stepper, carry, goal, fresh=True)
-        return Result(open_run(out), status, problem, Path(out))
+        path = Path(out)
+        with RunStore.create(path, arrays, attributes, labels=LABELS, overwrite=overwrite) as store:
+            status = _begin(store, record, stepper, carry, goal=goal)
+        return Result(open_run(path), status, problem, path)
 
 
 def resume(
@@ -154,21 +154,27 @@ def resume(
     StoreError
         If there is no usable run at `path`, or another process is writing it.
     """
-    with _reproducible(), stop_on_signal() as wish, RunStore.open(path, mode="a") as store:
+    where = Path(path)
+    with reproducible(), stop_on_signal() as wish, RunStore.open(where, mode="a") as store:
         case = stored_case(store)
         end = float(case["stepping"]["until"]) if until is None else checks.positive("until", until)
         if problem is None:
             problem = problem_from_tables(case, allow_python=allow_python)
         stepper = PaperStepper(problem)
-        carry = _last_carry(store, stepper, problem, case)
-        now = stepper.time(carry.step)
+        checkpoint = store.checkpoint()
+        now = 0.0 if checkpoint is None else stepper.time(int(checkpoint.meta["step"]))
         if until is not None and end < now * (1.0 - 1e-9):
             raise InputError("until", f"a time after t = {now:g}, where the run is", end)
-        _note_resumption(store, case, end, now)
+        if checkpoint is None:
+            carry = _restarted(store, stepper, problem, case)
+        else:
+            carry = _continued(store, problem, checkpoint)
+        if end > now:
+            _note_resumption(store, case, end, now)
         recorder = Recorder(store, stepper, Schedule(**case["record"]))
         fresh = not store.lengths["observables"]
         status = advance(recorder, stepper, carry, Goal(end, wish, watch), fresh=fresh)
-    return Result(open_run(path), status, problem, Path(path))
+    return Result(open_run(where), status, problem, where)
 
 
 def stored_case(store: RunStore) -> Table:
@@ -192,8 +198,14 @@ def nodal_positions(initial: Initial, problem: Problem) -> Positions:
     return np.stack([curve.at_fractions(sigma) for curve in curves])
 
 
+def _begin(
+    sink: Sink, record: Schedule, stepper: PaperStepper, carry: Carry, *, goal: Goal
+) -> Status:
+    return advance(Recorder(sink, stepper, record), stepper, carry, goal, fresh=True)
+
+
 @contextmanager
-def _reproducible() -> Iterator[None]:
+def reproducible() -> Iterator[None]:
     """Keep BLAS on one thread: bitwise reproducible, and no slower at these sizes."""
     with threadpool_limits(1, user_api="blas"), np.errstate(all="ignore"):
         yield
@@ -213,29 +225,28 @@ def _attributes(
     }
 
 
-def _last_carry(store: RunStore, stepper: PaperStepper, problem: Problem, case: Table) -> Carry:
-    """Return the carry of the last checkpoint, records behind it dropped.
-
-    A run killed before its first checkpoint starts again from the initial shapes of its case.
-    """
-    checkpoint = store.checkpoint()
-    if checkpoint is None:
-        if "initial" not in case:
-            raise StoreError(
-                str(store.path),
-                "a run with a checkpoint",
-                "one that was killed before its first",
-                "Start it again, with overwrite.",
-            )
-        initial = choose(INITIALS, case["initial"], "initial")
-        store.truncate(dict.fromkeys(store.lengths, 0))
-        return stepper.init(nodal_positions(initial.curves(problem.fibers), problem))
+def _continued(store: RunStore, problem: Problem, checkpoint: Checkpoint) -> Carry:
+    """Return the carry of a checkpoint; records behind it are dropped."""
     shape = checkpoint.arrays["x"].shape
     expected = (len(problem.fibers), 3, problem.engine.intervals + 1)
     if shape != expected:
         raise InputError("problem", f"the problem of the run, with positions {shape}", expected)
     store.truncate(checkpoint.lengths)
     return Carry.restored(int(checkpoint.meta["step"]), checkpoint.arrays)
+
+
+def _restarted(store: RunStore, stepper: PaperStepper, problem: Problem, case: Table) -> Carry:
+    """Return the initial carry for a run that was killed before its first checkpoint."""
+    if "initial" not in case:
+        raise StoreError(
+            str(store.path),
+            "a run with a checkpoint",
+            "one that was killed before its first",
+            "Start it again, with overwrite.",
+        )
+    initial = choose(INITIALS, case["initial"], "initial")
+    store.truncate(dict.fromkeys(store.lengths, 0))
+    return stepper.init(nodal_positions(initial.curves(problem.fibers), problem))
 
 
 def _note_resumption(store: RunStore, case: Table, until: float, now: float) -> None:

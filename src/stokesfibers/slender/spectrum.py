@@ -1,10 +1,10 @@
 """Spectrum of the straight filament's operator -c + S_delta: Appendix B.
 
-On a straight filament a tangential force density g gives ``8 pi mu`` times the velocity
-``2 (-c g + S_delta[g])``, with S_delta the integral of B.1,
-``S_delta[g](s) = int (g(s') - g(s)) / sqrt((s' - s)^2 + delta(s)^2) ds'``. Legendre polynomials
-are the eigenfunctions of S_0, with eigenvalues ``-lambda_n`` of (B.5). The model is well posed as
-long as every eigenvalue of ``-c + S_delta`` is positive. (B.3) uses the opposite sign of c + lambda.
+Along a straight filament ``(Lambda + K_delta)[g] = 2 (-c g + S_delta[g])``, with S_delta the
+integral of (B.3), ``S_delta[g](s) = int (g(s') - g(s)) / sqrt((s' - s)^2 + delta(s)^2) ds'``.
+Legendre polynomials are the eigenfunctions of S_0, with eigenvalues ``-lambda_n`` of (B.5). The
+model is well posed as long as every eigenvalue of ``-c + S_delta`` is positive: for delta = 0, as
+long as ``c + lambda_n < 0``.
 """
 
 from __future__ import annotations
@@ -76,6 +76,7 @@ def smallest_eigenvalue(weights: FinitePartWeights, eps: float) -> float:
     """Return the smallest real part of the eigenvalues of `straight_operator`.
 
     Above zero the discrete operator is elliptic. With (16) it turns negative as the grid is
-    refined (errata, B.2); with constant or spheroidal delta it stays near log(m^2 / e).
+    refined (errata, B.2). With a constant delta = m eps it stays above log(m^2 / e), with the
+    spheroidal one above the smaller of that and log(2 m / e), the value at the very ends.
     """
     return float(np.linalg.eigvals(straight_operator(weights, eps)).real.min())

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from reference import twins
-from support import assert_close, assert_negligible, assert_order
 
+from reference import twins
 from stokesfibers.numerics.finite_differences import UniformGrid, difference_matrix
+from support import assert_close, assert_negligible, assert_order
 
 orders = pytest.mark.parametrize("order", [1, 2, 3, 4])
 

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial.legendre import leggauss
-from support import assert_close, assert_negligible
 
 from stokesfibers.numerics.product_integration import (
     DEGREE,
@@ -16,6 +15,7 @@ from stokesfibers.numerics.product_integration import (
     kernel_moments,
     no_finite_part,
 )
+from support import assert_close, assert_negligible
 
 POWERS = np.arange(DEGREE + 1)
 
@@ -97,6 +97,7 @@ def test_moments_keep_the_shape_of_their_arguments():
 @pytest.fixture(scope="module")
 def delta() -> tuple[np.ndarray, np.ndarray]:
     n = 24
+
     def profile(s):
         return 0.02 + 0.03 * np.sin(np.pi * s)
 

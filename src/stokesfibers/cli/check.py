@@ -1,0 +1,139 @@
+"""``stokesfibers check``: everything that can be said about a case without running it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from stokesfibers.cli.failure import guarded
+from stokesfibers.cli.options import case_argument, python_option, set_option
+from stokesfibers.cli.words import duration, heading, lines, number, plural, size
+
+if TYPE_CHECKING:
+    from stokesfibers.config.case import Case
+    from stokesfibers.problem.checks import Doubt, Plan
+
+Row = tuple[str, ...]
+
+
+@click.command(short_help="Validate a case, print its dimensionless groups, doubts and cost.")
+@case_argument
+@set_option
+@python_option
+@guarded
+def check(*, case: Path, settings: tuple[str, ...], allow_python: bool) -> None:
+    """Validate the case file CASE, print what it comes to, and run nothing.
+
+    Shown are the dimensionless groups, doubtful choices, and what the run would cost, from a few
+    steps taken in memory.
+    """
+    from stokesfibers.config.case import load_case
+    from stokesfibers.problem.checks import doubts
+
+    loaded = load_case(case, settings, allow_python=allow_python)
+    plan = loaded.plan()
+    click.secho(f"{case} is valid.", fg="green", bold=True)
+    heading("Case")
+    lines(_case_rows(loaded))
+    if loaded.problem.viscosity is not None:
+        heading("Physical input, in the case's own units")
+        lines(_physical_rows(loaded))
+    heading("Dimensionless groups")
+    lines(_group_rows(loaded))
+    found = doubts(loaded.problem, plan)
+    heading("Doubtful choices")
+    _say_doubts(found)
+    heading("Cost")
+    lines(_cost_rows(loaded, plan))
+
+
+def _case_rows(case: Case) -> Iterator[Row]:
+    tables = case.tables()
+    for fiber in tables["fiber"]:
+        yield "fiber", _pairs(fiber)
+    yield "fluid", _pairs(tables["fluid"])
+    yield "flow", _pairs(tables["flow"])
+    model = tables["model"]
+    yield "model", f"{model['mobility']}; regularization {_pairs(model.get('regularization', {}))}"
+    yield "initial", _pairs(tables["initial"])
+    engine = {**tables["discretization"], "dt": tables["stepping"]["dt"], **tables["constraint"]}
+    yield "engine", f"{tables['engine']}, {_pairs(engine)}"
+    yield "until", number(case.until)
+
+
+def _pairs(table: dict[str, object]) -> str:
+    """Return a flat table as ``kind, key value, key value``."""
+    rest = (
+        f"{key} {_plain(value)}" for key, value in table.items() if key not in ("kind", "count")
+    )
+    kind = [str(table["kind"])] if "kind" in table else []
+    return ", ".join([*kind, *rest]) or "none"
+
+
+def _plain(value: object) -> str:
+    if isinstance(value, float):
+        return number(value)
+    if isinstance(value, list):
+        parts = (_pairs(v) if isinstance(v, dict) else _plain(v) for v in value)
+        return f"({', '.join(parts)})"
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _physical_rows(case: Case) -> Iterator[Row]:
+    problem = case.problem
+    assert problem.viscosity is not None
+    for fiber in problem.fibers:
+        yield "L", number(fiber.length), "length of the fiber"
+        yield "a", number(fiber.eps * fiber.length), "radius at mid-length"
+        yield "E", number(fiber.rigidity), "bending rigidity"
+    yield "mu", number(problem.viscosity), "viscosity of the fluid"
+    yield "rate", number(problem.flow.rate_scale()), "rate of the flow"
+
+
+def _group_rows(case: Case) -> Iterator[Row]:
+    from stokesfibers.problem.groups import groups
+
+    for fiber in case.problem.fibers:
+        found = groups(case.problem, fiber, case.until)
+        yield "eps", number(found.eps), "radius at mid-length / length"
+        yield "c", number(found.c), "log(eps^2 e), of the local operator"
+        yield "mu_bar", number(found.mu_bar), "8 pi mu rate L^4 / E, effective viscosity"
+        yield "eta", number(found.eta), "mu_bar / |c|"
+        share = f"{found.compression:.3g}"
+        if found.compression > 1.0:
+            yield "buckling", share, "times its threshold for a fiber along the compression"
+            yield "", f"{found.wavelength:.2g} L", "wavelength that grows fastest (local drag)"
+        else:
+            yield "buckling", share, "of its threshold (local drag): a straight fiber stays so"
+
+
+def _say_doubts(found: tuple[Doubt, ...]) -> None:
+    if not found:
+        click.echo("  none")
+    for doubt in found:
+        click.secho(f"  {doubt.where}: ", fg="yellow", nl=False)
+        click.echo(doubt.what)
+        click.echo(f"    {doubt.compared}. {doubt.remedy}")
+
+
+def _cost_rows(case: Case, plan: Plan) -> Iterator[Row]:
+    import numpy as np
+
+    from stokesfibers.problem.checks import large_memory, memory_bytes
+    from stokesfibers.run.estimate import estimate
+
+    if not any(True for _ in large_memory(case.problem)):
+        try:
+            cost = estimate(case.problem, plan.positions, until=case.until, record=case.record)
+        except np.linalg.LinAlgError:
+            yield "time", "unknown: the first step has no solution"
+        else:
+            count = plural(cost.steps, "step")
+            yield "time", f"about {duration(cost.seconds)} on one core"
+            yield "", f"{count} of {duration(cost.step_seconds)}, measured here"
+            yield "store", f"about {size(cost.store_bytes)}"
+            yield "", f"{cost.positions} records of positions, {cost.observables} of observables"
+    yield "memory", f"about {size(memory_bytes(case.problem))} beside Python's own 240 MB"

@@ -1,0 +1,36 @@
+"""What the commands that run say at the end: how it went, where it is, what to do next."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from stokesfibers.cli.failure import DONE, INTERRUPTED, RUN_FAILED, complain
+from stokesfibers.cli.words import duration, plural
+
+if TYPE_CHECKING:
+    from stokesfibers.run.simulate import Result
+
+
+def say_how_it_ended(result: Result, out: Path, *, quiet: bool) -> int:
+    """Print the last lines of a run stored in `out` and return the exit code."""
+    status = result.status
+    if status.code == "failed":
+        complain(f"{status}.\nWhat there is, is in {out}: stokesfibers show {out}")
+        return RUN_FAILED
+    if status.code == "interrupted":
+        click.echo(f"Interrupted at t = {status.time:.6g}; stored in {out}.", err=True)
+        click.echo(f"Go on with: stokesfibers resume {out}", err=True)
+        return INTERRUPTED
+    if not quiet:
+        steps = result.data["numerics"].to_dataset()["wall_time"]
+        wall = duration(float(steps.sum()))
+        count = plural(steps.sizes["step"], "step")
+        click.secho("done: ", fg="green", bold=True, nl=False)
+        click.echo(f"t = {status.time:.6g}, {count} in {wall}, stored in {out}.")
+        if status.explanation:
+            click.echo(f"{status.explanation}.")
+        click.echo(f"Next: stokesfibers show {out}, stokesfibers plot {out} panels")
+    return DONE

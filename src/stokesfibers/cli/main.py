@@ -1,0 +1,36 @@
+"""The command line. Commands import what they need when they run, so that help is instant."""
+
+from __future__ import annotations
+
+import click
+
+from stokesfibers.cli.check import check
+from stokesfibers.cli.cite import cite
+from stokesfibers.cli.doctor import doctor
+from stokesfibers.cli.plot import plot
+from stokesfibers.cli.reproduce import reproduce
+from stokesfibers.cli.resume import resume
+from stokesfibers.cli.run import run
+from stokesfibers.cli.schema import schema
+from stokesfibers.cli.show import show
+from stokesfibers.core.version import __version__
+
+_ORDER = (run, resume, check, show, plot, reproduce, cite, doctor, schema)
+
+
+@click.group(
+    "stokesfibers",
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="Exit codes: 0 done, 1 a fault of stokesfibers, 2 the input, 3 the run failed and kept "
+    "what it had, 130 interrupted and resumable.",
+)
+@click.version_option(__version__, prog_name="stokesfibers", message="%(prog)s %(version)s")
+def main() -> None:
+    """Flexible fibers in Stokes flow: non-local slender body theory, from one TOML file.
+
+    Try: stokesfibers run cases/buckling.toml --out run.zarr
+    """
+
+
+for _command in _ORDER:
+    main.add_command(_command)

@@ -1,0 +1,25 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+RUN = click.Path(path_type=Path)
+
+case_argument = click.argument("case", type=click.Path(path_type=Path))
+run_argument = click.argument("run", type=RUN)
+set_option = click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="TABLE.KEY=VALUE",
+    help="Change the case, e.g. fluid.mu_bar=3e5. May be given several times.",
+)
+python_option = click.option(
+    "--allow-python", is_flag=True, help="Let the case run the Python file of its flow."
+)
+quiet_option = click.option(
+    "-q", "--quiet", is_flag=True, help="Print nothing but what went wrong."
+)

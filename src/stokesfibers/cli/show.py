@@ -1,0 +1,126 @@
+"""``stokesfibers show``: what a stored run holds and how it is doing."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from stokesfibers.cli.failure import guarded
+from stokesfibers.cli.options import run_argument
+from stokesfibers.cli.words import duration, heading, lines, number
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_EXTREMES = {
+    "length_error": "largest relative length error",
+    "elastic_energy": "largest elastic energy",
+    "largest_curvature": "largest curvature",
+    "largest_tension": "largest tension",
+    "first_normal_stress_difference": "largest N_1",
+}
+_COLOURS = {"done": "green", "failed": "red", "interrupted": "yellow", "running": "cyan"}
+
+
+@click.command(short_help="Say what a run holds and how it ended.")
+@run_argument
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@guarded
+def show(*, run: Path, as_json: bool) -> None:
+    """Say what the run in the folder RUN holds, how it ended, and what to do next.
+
+    A run in progress can be shown too: what is complete is shown.
+    """
+    facts = _facts(run)
+    if as_json:
+        click.echo(json.dumps(facts, indent=2, allow_nan=False))
+        return
+    status = facts["status"]
+    click.secho(f"{status['code']} ", fg=_COLOURS.get(status["code"]), bold=True, nl=False)
+    click.echo(f"at t = {number(status['time'])} of {number(facts['until'])}: {run}")
+    for text in (status["explanation"], status["hint"]):
+        if text:
+            click.echo(f"  {text.rstrip('.')}.")
+    heading("Records")
+    lines(_record_rows(facts))
+    if facts["extremes"]:
+        heading("Extremes, over the recorded times")
+        lines(
+            (e["meaning"], number(e["value"]), f"at t = {e['time']:.6g}") for e in facts["extremes"]
+        )
+    heading("Made by")
+    lines(_origin_rows(facts["provenance"]))
+    click.echo(f"\n{_advice(status['code'], run)}")
+
+
+def _facts(run: Path) -> dict[str, Any]:
+    """Return everything the command says, as JSON-ready values."""
+    from stokesfibers.io.reader import open_run
+    from stokesfibers.io.store import RunStore
+    from stokesfibers.run.simulate import stored_case
+
+    store = RunStore.open(run)
+    case = stored_case(store)
+    data = open_run(run)
+    attributes = store.attributes
+    return {
+        "path": str(run),
+        "status": store.status,
+        "until": case["stepping"]["until"],
+        "records": store.lengths,
+        "wall_seconds": float(data["numerics"].to_dataset()["wall_time"].sum()),
+        "extremes": list(_extremes(data)),
+        "case": case,
+        "provenance": json.loads(attributes["provenance"]),
+        "resumed": json.loads(attributes.get("resumed", "[]")),
+    }
+
+
+def _extremes(data: xr.DataTree) -> Iterator[dict[str, Any]]:
+    import numpy as np
+
+    observables = data["observables"].to_dataset()
+    times = observables["time"].to_numpy()
+    if not len(times):  # killed before its first record
+        return
+    for name, meaning in _EXTREMES.items():
+        values = observables[name].to_numpy().reshape(len(times), -1)
+        if not np.isfinite(values).any():
+            continue
+        where = int(np.nanargmax(np.nanmax(values, axis=1)))
+        yield {
+            "name": name,
+            "meaning": meaning,
+            "value": float(np.nanmax(values)),
+            "time": float(times[where]),
+        }
+
+
+def _record_rows(facts: dict[str, Any]) -> Iterator[tuple[str, ...]]:
+    records, every = facts["records"], facts["case"]["record"]
+    positions = every["positions_every"]
+    observables = every.get("observables_every", positions / 10.0)
+    yield "positions", str(records["trajectory"]), f"every {number(positions)}"
+    yield "observables", str(records["observables"]), f"every {number(observables)}"
+    yield "steps", str(records["numerics"]), f"{duration(facts['wall_seconds'])} of wall time"
+
+
+def _origin_rows(provenance: dict[str, Any]) -> Iterator[tuple[str, ...]]:
+    versions = provenance["versions"]
+    yield "version", f"stokesfibers {versions['stokesfibers']}, Python {versions['python']}"
+    yield "when", provenance["time"]
+    yield "command", provenance["command"]
+
+
+def _advice(code: str, run: Path) -> str:
+    if code == "done":
+        return f"Next: stokesfibers plot {run} panels"
+    if code == "running":
+        return f"If no process is writing it, it was killed. Go on: stokesfibers resume {run}"
+    if code == "interrupted":
+        return f"Go on: stokesfibers resume {run}"
+    return f"See where it went wrong: stokesfibers plot {run} health"

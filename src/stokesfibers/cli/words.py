@@ -1,0 +1,64 @@
+"""How commands say things: numbers, durations, sizes, aligned lines, warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import click
+
+
+def heading(text: str) -> None:
+    """Print the heading of a block."""
+    click.echo()
+    click.secho(text, bold=True)
+
+
+def lines(rows: Iterable[tuple[str, ...]]) -> None:
+    """Print rows of cells as aligned columns, indented."""
+    rows = list(rows)
+    columns = max(map(len, rows), default=0)
+    widths = [max((len(r[k]) for r in rows if len(r) > k), default=0) for k in range(columns)]
+    for row in rows:
+        cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=False))
+        click.echo(f"  {'  '.join(cells)}".rstrip())
+
+
+def warn(text: str) -> None:
+    """Print one warning to standard error."""
+    click.secho("warning: ", fg="yellow", bold=True, nl=False, err=True)
+    click.echo(text, err=True)
+
+
+def duration(seconds: float) -> str:
+    """Return a duration for people, e.g. ``"3 min 20 s"``."""
+    if seconds < 0.0995:
+        return f"{1e3 * seconds:.2g} ms"
+    if seconds < 1.0:
+        return f"{seconds:.2g} s"
+    if seconds < 9.95:
+        return f"{seconds:.1f} s"
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+def size(count: float) -> str:
+    """Return a number of bytes for people, e.g. ``"12 MB"``."""
+    for unit in ("B", "kB", "MB", "GB"):
+        if count < 999.5:
+            return f"{count:.3g} {unit}"
+        count /= 1e3
+    return f"{count:.3g} TB"
+
+
+def number(value: float) -> str:
+    """Return a number with six digits and without needless ones."""
+    return f"{value:.6g}"
+
+
+def plural(count: int, what: str) -> str:
+    """Return e.g. ``"1 step"`` or ``"3 steps"``."""
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"

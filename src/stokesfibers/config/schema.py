@@ -1,0 +1,175 @@
+"""The JSON Schema of the case file, made from the records' fields, defaults and docstrings.
+
+It knows names, types and defaults; ranges are checked by the records themselves when a case is
+read. It says what an editor needs to complete keys, explain them and mark unknown ones.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Mapping
+from dataclasses import MISSING, Field, fields
+from types import NoneType, UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+from stokesfibers.fiber.initial import INITIALS, NearlyStraight
+from stokesfibers.fiber.parameters import Fiber
+from stokesfibers.flow import FLOWS, AbstractFlow, SumOfFlows, Uniform, UserFlow
+from stokesfibers.problem.engine import PaperEngine
+from stokesfibers.problem.problem import Problem
+from stokesfibers.run.schedule import Schedule
+from stokesfibers.slender.mobility import LocalDrag, NonLocal
+from stokesfibers.slender.regularization import REGULARIZATIONS
+
+Schema = dict[str, Any]
+
+_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+_TYPES = {float: "number", int: "integer", str: "string", bool: "boolean"}
+_TEXT: Schema = {"type": "string"}
+
+
+def case_schema() -> Schema:
+    """Return the JSON Schema of a case file as JSON-ready values."""
+    engine = _properties(PaperEngine)
+    fluid = _properties(Problem, ("mu_bar", "viscosity"))
+    fiber = {**_table(Fiber), "oneOf": _one_of("slenderness", "radius")}
+    until = {"type": "number", "description": "Time to stop."}
+    return {
+        "$schema": _DIALECT,
+        "title": "A case of stokesfibers",
+        "$defs": {"flow": {"oneOf": _flows()}, "fiber": fiber},
+        **_object(
+            {
+                "engine": {"enum": [PaperEngine.kind], "description": _summary(PaperEngine)},
+                "fiber": {
+                    "oneOf": [
+                        {"$ref": "#/$defs/fiber"},
+                        {"type": "array", "items": {"$ref": "#/$defs/fiber"}, "minItems": 1},
+                    ]
+                },
+                "fluid": {**_object(fluid), "oneOf": _one_of("mu_bar", "viscosity")},
+                "flow": {"$ref": "#/$defs/flow"},
+                "domain": _object({"kind": {"enum": ["free"]}}),
+                "initial": {"oneOf": [_kind(cls) for cls in INITIALS.values()]},
+                "model": _model(),
+                "constraint": _object({"beta": engine["beta"]}),
+                "discretization": _object({"intervals": engine["intervals"]}),
+                "stepping": _object({"dt": engine["dt"], "until": until}, ["until"]),
+                "record": {**_table(Schedule), "required": []},
+            },
+            ["fiber", "fluid", "stepping"],
+        ),
+        "description": f"Without [initial] the shape is '{NearlyStraight.kind}'.",
+    }
+
+
+def _flows() -> list[Schema]:
+    source = {
+        "kind": {"const": UserFlow.kind},
+        "file": {**_TEXT, "description": "Python file, relative to the case file."},
+        "velocity": {**_TEXT, "description": "Name of its function U(points, time)."},
+        "gradient": {**_TEXT, "description": "Name of its function dU_i/dx_j(points, time)."},
+        "sha256": {**_TEXT, "description": "Refuse the file unless it has this checksum."},
+    }
+    parts = {"type": "array", "items": {"$ref": "#/$defs/flow"}, "minItems": 1}
+    several = {"kind": {"const": SumOfFlows.kind}, "flows": parts}
+    return [
+        *(_flow(cls) for cls in FLOWS.values()),
+        {**_object(several, ["kind", "flows"]), "description": _summary(SumOfFlows)},
+        {**_object(source, ["kind", "file"]), "description": _summary(UserFlow)},
+    ]
+
+
+def _flow(cls: type[AbstractFlow]) -> Schema:
+    schema = _kind(cls)
+    if cls is Uniform:  # in a case the field stream_velocity is called velocity
+        velocity = schema["properties"].pop("stream_velocity")
+        velocity.pop("default", None)
+        velocity["description"] = "The vector U [length/time]."
+        schema["properties"]["velocity"] = velocity
+        schema["required"].append("velocity")
+    return schema
+
+
+def _model() -> Schema:
+    kinds = [_kind(cls) for cls in REGULARIZATIONS.values()]
+    mobility = {"enum": [NonLocal.kind, LocalDrag.kind], "default": NonLocal.kind}
+    return _object({"mobility": mobility, "regularization": {"oneOf": kinds}})
+
+
+def _kind(cls: type) -> Schema:
+    """Return the schema of a table whose key ``kind`` names the record."""
+    schema = _table(cls)
+    schema["properties"] = {"kind": {"const": cls.kind}, **schema["properties"]}  # type: ignore[attr-defined]
+    schema["required"] = ["kind", *schema["required"]]
+    return schema
+
+
+def _table(cls: type) -> Schema:
+    """Return the schema of a table whose keys are the fields of the record `cls`."""
+    needed = [f.name for f in _fields(cls) if _default(f) is MISSING]
+    return {**_object(_properties(cls), needed), "description": _summary(cls)}
+
+
+def _object(properties: Mapping[str, Schema], required: list[str] | None = None) -> Schema:
+    return {
+        "type": "object",
+        "additionalProperties": False,
+        "properties": dict(properties),
+        "required": list(required or []),
+    }
+
+
+def _one_of(*names: str) -> list[Schema]:
+    return [{"required": [name]} for name in names]
+
+
+def _properties(cls: type, names: tuple[str, ...] | None = None) -> dict[str, Schema]:
+    hints, meanings = get_type_hints(cls), _meanings(cls)
+    found = {}
+    for f in _fields(cls):
+        if names is None or f.name in names:
+            found[f.name] = _of_type(hints[f.name])
+            if f.name in meanings:
+                found[f.name]["description"] = meanings[f.name]
+            if _default(f) not in (MISSING, None):
+                default = _default(f)
+                found[f.name]["default"] = list(default) if isinstance(default, tuple) else default
+    return found
+
+
+def _fields(cls: type) -> list[Field[Any]]:
+    return [f for f in fields(cls) if f.init]
+
+
+def _default(f: Field[Any]) -> Any:
+    return f.default if f.default_factory is MISSING else None
+
+
+def _of_type(hint: Any) -> Schema:
+    """Return the schema of a field's type; None, for a key left out, is not written in TOML."""
+    if get_origin(hint) in (Union, UnionType):
+        (hint,) = (part for part in get_args(hint) if part is not NoneType)
+    if get_origin(hint) is tuple:
+        parts = get_args(hint)
+        item = _of_type(parts[0])
+        return {"type": "array", "items": item, "minItems": len(parts), "maxItems": len(parts)}
+    return {"type": _TYPES[hint]}
+
+
+def _summary(cls: type) -> str:
+    """Return the first line of a docstring."""
+    return inspect.cleandoc(cls.__doc__ or "").partition("\n")[0]
+
+
+def _meanings(cls: type) -> dict[str, str]:
+    """Return the texts of the section Attributes of a numpydoc docstring, by name."""
+    text = inspect.cleandoc(cls.__doc__ or "")
+    _, _, section = text.partition("Attributes\n----------\n")
+    section = re.split(r"\n\w+\n-{3,}\n", section)[0]
+    found: dict[str, str] = {}
+    for names, meaning in re.findall(r"^(\w[\w, ]*)\n((?:[ \t]+.*\n?|\n)+)", section, re.M):
+        for name in names.split(","):
+            found[name.strip()] = " ".join(meaning.split())
+    return found

@@ -1,0 +1,366 @@
+"""What the commands do, say and return when the input is good."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+from stokesfibers.cli import words
+from stokesfibers.cli.main import main
+from stokesfibers.core.status import Status
+from stokesfibers.core.version import __version__
+from stokesfibers.io.reader import open_run
+from stokesfibers.run.advance import Moment
+from stokesfibers.run.progress import progress
+
+CASES = sorted((Path(__file__).parents[3] / "cases").glob("*.toml"))
+PROGRAM = [sys.executable, "-c", "from stokesfibers.cli.main import main; main()"]
+
+
+def test_run_leaves_a_whole_run_and_says_where(case, invoke):
+    out = case.with_name("run.zarr")
+    result = invoke("run", case, "--out", out, "--threads", 1)
+    assert result.exit_code == 0
+    assert result.stderr == ""
+    assert re.search(rf"done: t = 0.256, 20 steps in .*, stored in {out}", result.stdout)
+    data = open_run(out)
+    assert data.attrs["status"]["code"] == "done"
+    assert data["trajectory"].sizes["time"] == 5
+    assert data["observables"].sizes["time"] == 11
+    assert data["numerics"].sizes["step"] == 20
+
+
+def test_quiet_run_says_nothing_and_settings_change_the_case(case, invoke):
+    out = case.with_name("run.zarr")
+    settings = ["--set", "fluid.viscosity=2.0", "--set", "fiber.radius=0.02"]
+    result = invoke("run", case, "--out", out, "--quiet", *settings)
+    assert (result.exit_code, result.output) == (0, "")
+    stored = json.loads(open_run(out).attrs["case"])
+    assert stored["fluid"] == {"viscosity": 2.0}
+    assert stored["fiber"] == [{"length": 1.0, "rigidity": 1.0, "radius": 0.02, "count": 1}]
+
+
+def test_doubts_are_said_one_line_each(case, invoke):
+    result = invoke("run", case, "--out", case.with_name("r.zarr"), "--set", "stepping.until=0.25")
+    assert result.exit_code == 0
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("warning: stepping.until: an end that is no multiple of the step")
+    assert "ended with the next step" in result.stdout
+
+
+def test_overwrite_replaces_a_run(run, case, invoke):
+    result = invoke(
+        "run", case, "--out", run, "--overwrite", "--quiet", "--set", "stepping.until=0.128"
+    )
+    assert result.exit_code == 0
+    assert open_run(run)["numerics"].sizes["step"] == 10
+
+
+def test_blow_up_keeps_its_history_and_advises(case, invoke):
+    out = case.with_name("run.zarr")
+    # Four times the step at which the penalisation of lengths is stable.
+    settings = ["--set", "stepping.dt=0.128", "--set", "stepping.until=50.0"]
+    result = invoke("run", case, "--out", out, *settings)
+    assert result.exit_code == 3
+    assert "warning: stepping.dt: a step too large for the penalisation" in result.stderr
+    assert "error: failed at t = " in result.stderr
+    assert "Take a smaller stepping.dt" in result.stderr
+    assert "Traceback" not in result.output
+    data = open_run(out)
+    status = Status(**data.attrs["status"])
+    assert status.code == "failed"
+    assert 0.0 < status.time < 50.0
+    steps = data["numerics"].to_dataset()
+    assert float(steps["time"][-1]) == pytest.approx(status.time, rel=1e-12)
+    observables = data["observables"].to_dataset()
+    assert float(observables["time"][-1]) == pytest.approx(status.time, rel=1e-12)
+    assert bool((observables["length_error"] < 0.25).all())
+    shown = invoke("show", out)
+    assert shown.exit_code == 0
+    assert shown.stdout.startswith(f"failed at t = {status.time:.6g} of 50")
+    assert status.hint.rstrip(".") in shown.stdout
+    again = invoke("resume", out, "--quiet")
+    assert again.exit_code == 3
+
+
+def test_flow_that_fails_on_the_way_ends_the_run_with_what_it_has(case, invoke):
+    case.with_name("flow.py").write_text(
+        "def velocity(x, t):\n    assert t < 0.1, 'no wind'\n    return 0.0 * x\n"
+    )
+    out = case.with_name("run.zarr")
+    settings = ["--set", "flow={kind='python', file='flow.py'}", "--set", "constraint.beta=20.0"]
+    result = invoke("run", case, "--out", out, "--allow-python", *settings)
+    assert result.exit_code == 3
+    assert "AssertionError: no wind" in result.stderr
+    assert "at t = 0.1024" in result.stderr
+    data = open_run(out)
+    assert data.attrs["status"]["code"] == "failed"
+    assert data["numerics"].sizes["step"] == 7
+
+
+def test_resume_goes_on_to_a_later_end(run, invoke):
+    result = invoke("resume", run)
+    assert result.exit_code == 0
+    assert "nothing left to do" in result.stdout
+    result = invoke("resume", run, "--until", "0.512")
+    assert result.exit_code == 0
+    data = open_run(run)
+    assert data.attrs["status"]["time"] == pytest.approx(0.512, rel=1e-12)
+    assert data["numerics"].sizes["step"] == 40
+    assert json.loads(data.attrs["case"])["stepping"]["until"] == 0.512
+    (resumed,) = json.loads(data.attrs["resumed"])
+    assert resumed["from_time"] == pytest.approx(0.256, rel=1e-12)
+
+
+def test_python_flow_is_resumed_from_the_same_file_only(case, invoke, monkeypatch, tmp_path):
+    file = case.with_name("flow.py")
+    file.write_text("def wind(x, t):\n    return x[:, [1, 0, 2]] * [1.0, 0.0, 0.0]\n")
+    out = case.with_name("run.zarr")
+    flow = "flow={kind='python', file='flow.py', velocity='wind'}"
+    settings = ["--set", flow, "--set", "constraint.beta=20.0"]
+    result = invoke("run", case, "--out", out, "--allow-python", "--quiet", *settings)
+    assert result.exit_code == 0, result.stderr
+    away = tmp_path / "elsewhere"
+    away.mkdir()
+    monkeypatch.chdir(away)
+    refused = invoke("resume", out, "--until", "0.512")
+    assert refused.exit_code == 2
+    assert "--allow-python" in refused.stderr
+    go_on = ("resume", out, "--allow-python", "--quiet", "--until")
+    assert invoke(*go_on, "0.512").exit_code == 0
+    file.write_text(file.read_text() + "# changed\n")
+    refused = invoke(*go_on, "1.024")
+    assert refused.exit_code == 2
+    assert "a changed file" in refused.stderr
+    file.unlink()
+    refused = invoke(*go_on, "1.024")
+    assert refused.exit_code == 2
+    assert "No such file" in refused.stderr
+    assert open_run(out)["numerics"].sizes["step"] == 40
+
+
+def test_show_in_words_and_json(run, invoke):
+    result = invoke("show", run)
+    assert result.exit_code == 0
+    assert result.stdout.startswith("done at t = 0.256 of 0.256")
+    facts = json.loads(invoke("show", run, "--json").stdout)
+    assert facts["status"]["code"] == "done"
+    assert facts["records"] == {"trajectory": 5, "observables": 11, "numerics": 20}
+    observables = open_run(run)["observables"].to_dataset()
+    found = {e["name"]: e for e in facts["extremes"]}
+    energy = observables["elastic_energy"]
+    assert found["elastic_energy"]["value"] == float(energy.max())
+    peak = int(energy.to_numpy().argmax())
+    assert found["elastic_energy"]["time"] == float(energy["time"][peak])
+    assert found["first_normal_stress_difference"]["value"] == float(
+        observables["first_normal_stress_difference"].max()
+    )
+
+
+@pytest.mark.parametrize("kind", ["shapes", "health"])
+def test_plot_writes_beside_the_run(kind, run, invoke):
+    result = invoke("plot", run, kind)
+    assert result.exit_code == 0, result.stderr
+    picture = run.with_name(f"run-{kind}.png")
+    assert result.stdout.strip() == str(picture)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_check_prints_the_groups_and_runs_nothing(case, invoke):
+    before = sorted(case.parent.iterdir())
+    result = invoke("check", case, "--set", "fluid.viscosity=400.0")
+    assert result.exit_code == 0, result.stderr
+    assert sorted(case.parent.iterdir()) == before
+    # mu_bar = 8 pi mu, c = log(1e-4) + 1, eta = mu_bar / |c|
+    for row in (
+        r"mu_bar +10053.1 ",
+        r"c +-8.21034 ",
+        r"eta +1224.44 ",
+        r"mu +400 +viscosity",
+        r"a +0.01 +radius",
+        r"20 steps of ",
+        r"5 records of positions, 11 of observables",
+    ):
+        assert re.search(row, result.stdout), row
+    assert "Doubtful choices\n  none" in result.stdout
+    doubted = invoke("check", case, "--set", "stepping.dt=0.25").stdout
+    assert "stepping.dt: a step larger than in the paper's runs" in doubted
+
+
+def test_cost_estimate_counts_what_a_run_stores(case, run, invoke):
+    said = invoke("check", case).stdout
+    data = open_run(run)
+    for group in ("trajectory", "observables"):
+        assert f"{data[group].sizes['time']} " in said
+    arrays = [v for g in ("trajectory", "observables", "numerics") for v in _growing(data[g])]
+    stored = sum(v.nbytes for v in arrays)
+    number, unit = re.search(r"store +about ([\d.]+) (\w+)", said).groups()
+    assert float(number) * {"kB": 1e3, "MB": 1e6}[unit] == pytest.approx(stored, rel=0.1)
+
+
+def _growing(group: xr.DataTree) -> list[xr.DataArray]:
+    found = group.to_dataset()
+    return [v for v in found.variables.values() if v.dims[:1] in (("time",), ("step",))]
+
+
+@pytest.mark.parametrize("case_file", CASES, ids=lambda p: p.stem)
+def test_shipped_cases_are_valid_and_not_doubtful(case_file, invoke):
+    from stokesfibers.config.case import load_case
+    from stokesfibers.problem.checks import doubts
+
+    case = load_case(case_file)
+    assert doubts(case.problem, case.plan()) == ()
+    assert invoke("cite", case_file).exit_code == 0
+
+
+def test_there_is_a_case_for_each_figure():
+    assert {p.stem for p in CASES} >= {"buckling", "fig01", "fig02", "fig03", "fig04"}
+
+
+def test_cite_names_the_chosen_methods(case, invoke):
+    said = invoke("cite", case, "--set", "model.regularization.kind='constant'").stdout
+    assert "Shelley & Ueda 2000" in said
+    assert "Keller & Rubinow 1976" in said
+    assert "@article{TornbergShelley2004" in said
+    assert f"version = {{{__version__}}}" in said
+    assert "Keller" not in invoke("cite", case, "--set", "model.mobility='local_drag'").stdout
+
+
+def test_doctor_is_content(invoke):
+    result = invoke("doctor")
+    assert result.exit_code == 0, result.output
+    error = float(re.search(r"exact value, \(44\), to (\S+)", result.stdout).group(1))
+    assert 0.0 < error < 1e-11
+
+
+def test_doctor_notices_a_wrong_solver(invoke, monkeypatch):
+    monkeypatch.setattr("stokesfibers.run.selftest.tension_error", lambda: 1e-3)
+    result = invoke("doctor")
+    assert result.exit_code == 1
+    assert "bad" in result.stdout
+
+
+def test_reproduce_lists_and_checks(invoke, tmp_path):
+    names = json.loads(invoke("reproduce", "list", "--json").stdout)
+    assert {"fig01", "fig04", "fig14"} <= set(names)
+    result = invoke("reproduce", "fig14", "--quick", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert "340" in result.stdout
+    assert (tmp_path / "out" / "fig14.json").exists()
+
+
+def test_version_and_help(invoke):
+    assert invoke("--version").stdout == f"stokesfibers {__version__}\n"
+    said = invoke("-h").stdout
+    for command in main.commands:
+        assert command in said
+        assert "Usage: " in invoke(command, "--help").stdout
+
+
+def test_help_is_instant():
+    code = "import sys; from stokesfibers.cli.main import main; main(['--help'], None, None, False)"
+    listed = f"{code}; print(sorted(m for m in sys.modules if m in ('numpy', 'numba', 'zarr')))"
+    done = subprocess.run([sys.executable, "-c", listed], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip().endswith("[]")
+    times = []
+    for _ in range(3):
+        start = time.perf_counter()
+        subprocess.run([*PROGRAM, "--help"], check=True, capture_output=True)
+        times.append(time.perf_counter() - start)
+    assert min(times) < 0.5
+
+
+def test_fault_of_ours_asks_for_a_report(case, invoke, monkeypatch, tmp_path):
+    def broken(*_args: object, **_kwargs: object) -> None:
+        raise RuntimeError("a wheel came off")
+
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr("stokesfibers.config.case.load_case", broken)
+    result = invoke("cite", case)
+    assert result.exit_code == 1
+    assert "Traceback" not in result.output
+    assert "Please report it" in result.stderr
+    (report,) = tmp_path.glob("stokesfibers-report-*.txt")
+    assert str(report) in result.stderr
+    assert "a wheel came off" in report.read_text()
+    assert "Traceback" in report.read_text()
+
+
+def test_second_interrupt_stops_at_once(case, monkeypatch):
+    def impatient(*_args: object, **_kwargs: object) -> None:
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr("stokesfibers.stepping.paper.PaperStepper.step", impatient)
+    out = case.with_name("run.zarr")
+    result = CliRunner().invoke(main, ["run", str(case), "--out", str(out)])
+    assert result.exit_code == 130
+    assert "stokesfibers resume" in result.stderr
+    assert open_run(out)["trajectory"].sizes["time"] == 1
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_progress_shows_time_step_error_and_time_left():
+    screen = Terminal()
+    with progress(10.0, stream=screen) as watch:
+        assert watch is not None
+        for k in range(1, 4):
+            time.sleep(0.15)
+            watch(Moment(2.5 * k, 10.0, 0.02, 1.5e-5, lambda: None))
+    last = screen.getvalue().split("\r")[-3]
+    for part in ("t = 7.5 of 10", "75 %", "dt 0.02", "length error 1.5e-05", "left"):
+        assert part in last
+
+
+def test_progress_is_silent_without_a_terminal():
+    page = io.StringIO()
+    with progress(10.0, stream=page) as watch:
+        assert watch is None
+    assert page.getvalue() == ""
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.0123, "12 ms"),
+        (0.5, "0.5 s"),
+        (3.21, "3.2 s"),
+        (59.6, "1 min 0 s"),
+        (7300.0, "2 h 1 min"),
+    ],
+)
+def test_durations(seconds, text):
+    assert words.duration(seconds) == text
+
+
+@pytest.mark.parametrize(("count", "text"), [(12, "12 B"), (2.88e6, "2.88 MB"), (3e12, "3 TB")])
+def test_sizes(count, text):
+    assert words.size(count) == text
+
+
+def test_output_can_be_cut_short(run):
+    """A reader that goes away, such as head, is no fault."""
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run([*PROGRAM, "show", str(run)], stdout=write, stderr=subprocess.PIPE)
+    os.close(write)
+    assert b"Traceback" not in done.stderr
+    assert b"fault" not in done.stderr

@@ -1,0 +1,170 @@
+"""Changing a case by --set, and what a resolved case says."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stokesfibers.config.case import apply_setting, case_from_tables, load_case, read_tables
+from stokesfibers.core.errors import InputError
+from stokesfibers.flow import Shear, SumOfFlows, Uniform
+from stokesfibers.problem.tables import problem_from_tables, problem_to_tables
+from stokesfibers.slender.mobility import NonLocal
+from stokesfibers.slender.regularization import SpheroidalRegularization
+
+TEXT = """\
+[fiber]
+length = 2.0
+slenderness = 1e-2
+rigidity = 3.0
+[fluid]
+viscosity = 0.5
+[flow]
+kind = "sum"
+flows = [{kind = "shear", rate = 2.0}, {kind = "uniform", velocity = [0.0, 0.5, 0.0]}]
+[initial]
+kind = "straight"
+angle = 0.3
+[model.regularization]
+kind = "spheroidal"
+[stepping]
+until = 4.0
+[record]
+points = 11
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "case.toml"
+    path.write_text(TEXT)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("setting", "path", "value"),
+    [
+        ("fiber.length=3.5", ("fiber", "length"), 3.5),
+        ("stepping.dt = 1e-3", ("stepping", "dt"), 1e-3),
+        ("fluid.mu_bar=4e5", ("fluid", "mu_bar"), 4e5),
+        ("engine=paper", ("engine",), "paper"),
+        ('engine="paper"', ("engine",), "paper"),
+        ("flow.flows[0].rate=-1", ("flow", "flows", 0, "rate"), -1),
+        ("initial.centre=[1, 2, 3]", ("initial", "centre"), [1, 2, 3]),
+        ("model.regularization.m=3.0", ("model", "regularization", "m"), 3.0),
+        ("constraint.beta=10", ("constraint", "beta"), 10),
+        ("initial.path=a=b.npy", ("initial", "path"), "a=b.npy"),
+    ],
+)
+def test_setting_lands_where_it_says(setting, path, value):
+    tables = tomllib.loads(TEXT)
+    apply_setting(tables, setting)
+    found = tables
+    for step in path:
+        found = found[step]
+    assert found == value
+    assert type(found) is type(value)
+
+
+def test_new_way_to_say_the_same_replaces_the_old():
+    tables = tomllib.loads(TEXT)
+    apply_setting(tables, "fluid.mu_bar=1.0")
+    apply_setting(tables, "fiber.radius=0.1")
+    assert tables["fluid"] == {"mu_bar": 1.0}
+    assert tables["fiber"] == {"length": 2.0, "rigidity": 3.0, "radius": 0.1}
+    apply_setting(tables, "fiber.slenderness=0.1")
+    assert "radius" not in tables["fiber"]
+
+
+def test_fibers_in_a_list_are_named_by_number():
+    tables = {"fiber": [{"length": 1.0}, {"length": 2.0}]}
+    apply_setting(tables, "fiber[1].length=5.0")
+    assert [f["length"] for f in tables["fiber"]] == [1.0, 5.0]
+    with pytest.raises(InputError, match=r"Say which one: fiber\[0\]"):
+        apply_setting(tables, "fiber.length=5.0")
+    single = {"fiber": [{"length": 1.0}]}
+    apply_setting(single, "fiber.length=5.0")
+    assert single["fiber"][0]["length"] == 5.0
+
+
+def test_resolved_case_rebuilds_the_same_problem(file):
+    case = load_case(file)
+    tables = json.loads(json.dumps(case.tables()))
+    again = case_from_tables(tables)
+    assert again.problem == case.problem
+    assert again.initial == case.initial
+    assert again.record == case.record
+    assert again.until == case.until
+    assert again.tables() == case.tables()
+
+
+def test_case_says_what_the_file_says(file):
+    problem = load_case(file).problem
+    assert problem.flow == SumOfFlows((Shear(2.0), Uniform((0.0, 0.5, 0.0))))
+    assert problem.mobility == NonLocal(SpheroidalRegularization())
+    assert problem.drag == pytest.approx(4.0 * np.pi, rel=1e-15)
+    assert problem.engine.beta == 40.0
+    assert problem.engine.dt == pytest.approx(1.28 / (100 * 2.0), rel=1e-15)
+
+
+def test_defaults_are_spelled_out(file):
+    tables = load_case(file, ["flow={kind='shear'}"]).tables()
+    assert tables["flow"] == {"kind": "shear", "rate": 1.0}
+    assert tables["model"]["regularization"]["m"] == 2.0
+    assert tables["record"] == {"positions_every": 0.02, "points": 11}
+    assert tables["constraint"] == {"beta": 20.0}
+
+
+def test_shape_is_the_papers_when_none_is_given(file):
+    tables = read_tables(file)
+    del tables["initial"]
+    assert case_from_tables(tables).tables()["initial"]["kind"] == "nearly_straight"
+
+
+def test_initial_file_is_found_from_the_case_and_stored_absolute(file):
+    np.save(file.with_name("shape.npy"), np.linspace([0.0, 0.0, 0.0], [0.0, 1.99, 0.0], 20))
+    case = load_case(file, ["initial={kind='file', path='shape.npy'}"])
+    (curve,) = case.curves()
+    ends = curve.at_fractions(np.array([0.0, 1.0]))
+    np.testing.assert_allclose(ends, [[0.0, 0.0, 0.0], [0.0, 2.0, 0.0]], atol=1e-12)
+    assert case.tables()["initial"]["path"] == str(file.with_name("shape.npy").resolve())
+
+
+def test_python_flow_gets_the_fibers_length_and_is_stored_with_its_checksum(file):
+    source = file.with_name("wind.py")
+    source.write_text("def gust(x, t):\n    return 0.0 * x + [1.0, 0.0, 0.0]\n")
+    flow = "flow={kind='python', file='wind.py', velocity='gust'}"
+    case = load_case(file, [flow, "constraint.beta=1.0", "stepping.dt=0.1"], allow_python=True)
+    assert case.problem.flow.length_scale == 2.0
+    stored = case.tables()["flow"]
+    assert stored["file"] == str(source.resolve())
+    rebuilt = problem_from_tables(case.tables(), allow_python=True)
+    points = np.ones((2, 3))
+    np.testing.assert_array_equal(rebuilt.flow.velocity(points, 0.0), [[1.0, 0.0, 0.0]] * 2)
+    source.write_text(source.read_text().replace("1.0", "2.0"))
+    with pytest.raises(InputError, match=r"flow\.file: .* a changed file"):
+        problem_from_tables(case.tables(), allow_python=True)
+
+
+def test_missing_gradient_that_was_named_is_refused(file):
+    file.with_name("wind.py").write_text("def velocity(x, t):\n    return x\n")
+    flow = "flow={kind='python', file='wind.py', gradient='slope'}"
+    with pytest.raises(InputError, match=r"flow\.gradient: expected a function in"):
+        load_case(file, [flow, "constraint.beta=1.0", "stepping.dt=0.1"], allow_python=True)
+
+
+def test_flow_typed_in_python_cannot_be_rebuilt_and_says_so(file):
+    from dataclasses import replace
+
+    from stokesfibers.flow import TimeDependentShear, UserFlow
+
+    problem = load_case(file).problem
+    for flow in (UserFlow(lambda x, _t: x), TimeDependentShear(lambda t: t)):
+        tables = problem_to_tables(replace(problem, flow=SumOfFlows((Shear(), flow))))
+        tables = json.loads(json.dumps(tables))
+        with pytest.raises(InputError, match=r"flow\.flows\[1\].*Resume it from Python"):
+            problem_from_tables(tables, allow_python=True)
