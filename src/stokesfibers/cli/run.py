@@ -50,8 +50,6 @@ def run(
     from stokesfibers.run.simulate import simulate
 
     loaded = load_case(case, settings, allow_python=allow_python)
-    if threads is not None:
-        _use_threads(threads)
     if not quiet:
         for doubt in doubts(loaded.problem, loaded.plan()):
             warn(str(doubt))
@@ -65,17 +63,6 @@ def run(
             overwrite=overwrite,
             case=loaded.tables(),
             watch=watch,
+            threads=threads,
         )
     return say_how_it_ended(result, out, quiet=quiet)
-
-
-def _use_threads(count: int) -> None:
-    from numba import set_num_threads
-    from numba.core import config
-
-    from stokesfibers.core.errors import InputError
-
-    most = int(getattr(config, "NUMBA_NUM_THREADS"))  # noqa: B009 (set when numba starts)
-    if count > most:
-        raise InputError("--threads", f"at most {most} on this machine", count)
-    set_num_threads(count)

@@ -74,7 +74,7 @@ class Case:
 
     def curves(self) -> tuple[Curve, ...]:
         """Return the initial shapes; InputError if they cannot be had."""
-        return self.initial.curves(self.problem.fibers)
+        return self.initial.curves(self.problem.fibers, self.problem.domain.lengths)
 
 
 def load_case(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import abc
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
@@ -43,7 +43,7 @@ class CoupledSystem:
     influence: Array
     right: Array
 
-    def factors(self) -> list[tuple[Array, Array]]:
+    def factors(self) -> list[Any]:
         """Return LU factors of L_l + C_ll."""
         return [lu_factor(own + self.influence[k, :, k]) for k, own in enumerate(self.own)]
 
@@ -94,7 +94,7 @@ class FixedPoint(AbstractTensionSolver):
 
     def solve(self, system: CoupledSystem, start: Array) -> tuple[Array, int]:
         factors = system.factors()
-        tension = start.copy()
+        tension, change = start.copy(), np.inf
         for sweep in range(1, self.most + 1):
             change = 0.0
             for k, factor in enumerate(factors):
@@ -147,7 +147,8 @@ class Krylov(AbstractTensionSolver):
             nonlocal count
             count += 1
 
-        operator = LinearOperator((start.size, start.size), matvec=apply, dtype=float)
+        size = (start.size, start.size)
+        operator = LinearOperator(size, matvec=apply, dtype=float)  # pyright: ignore[reportCallIssue]
         found, failed = gmres(
             operator,
             right.ravel(),

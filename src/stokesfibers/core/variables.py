@@ -132,6 +132,15 @@ _OBSERVABLES: tuple[tuple[str, tuple[str, ...], str, str, str], ...] = (
     ),
     ("centre", ("fiber", "space"), "length", r"\bar{\mathbf{x}}", "centre of mass of a fiber"),
     ("largest_curvature", ("fiber",), "length^-1", r"\max\kappa", "largest curvature"),
+    ("smallest_distance", (), "length", r"d_\mathrm{min}", "smallest centreline distance"),
+    ("smallest_gap", (), "length", r"g_\mathrm{min}", "smallest gap between surfaces"),
+    (
+        "particle_stress",
+        ("i", "j"),
+        "force length^-2",
+        r"\Sigma^p_{ij}",
+        "extra stress per volume",
+    ),
     ("largest_tension", ("fiber",), "force", r"\max|T|", "largest tension in magnitude"),
 )
 

@@ -52,9 +52,7 @@ def find_crossings(
     if not pairs.first.size:
         return ()
     one, other = (np.divmod(k, nodes - 1) for k in (pairs.first, pairs.second))
-    ends = [
-        _ends(positions, one, other, pairs.shift) for positions in (before, after)
-    ]
+    ends = [_ends(positions, one, other, pairs.shift) for positions in (before, after)]
     sign = [_volume(e) > 0.0 for e in ends]
     suspect = np.flatnonzero(sign[0] != sign[1])
     found: dict[tuple[int, int], float] = {}

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
-from stokesfibers.core.arrays import Points, Positions
+from stokesfibers.core.arrays import Nodal, Points, Positions
 from stokesfibers.core.segments import segment_distances
 from stokesfibers.domain.domains import AbstractDomain
 
@@ -36,12 +36,12 @@ class Neighbours:
     shift: Points
 
 
-def _tree(points: Points, domain: AbstractDomain) -> cKDTree:
+def _tree(points: Points, domain: AbstractDomain) -> KDTree:
     lengths = domain.lengths
     wrapped = domain.wrap(points)
     # a point a rounding below zero wraps onto the period itself, which the tree refuses
     wrapped = np.where((lengths > 0.0) & (wrapped >= lengths), 0.0, wrapped)
-    return cKDTree(wrapped, boxsize=lengths)
+    return KDTree(wrapped, boxsize=lengths)
 
 
 def _strangers(
@@ -89,6 +89,23 @@ def smallest_distance(positions: Positions, domain: AbstractDomain) -> tuple[flo
         (_segments(positions, pairs, k), int(pairs.first[k]), int(pairs.second[k])) for k in near
     )
     return best
+
+
+def smallest_gap(positions: Positions, radii: Nodal, domain: AbstractDomain) -> float:
+    """Return the smallest distance between surfaces of strange polygons; infinity if none.
+
+    `radii` (fiber, node) are those of the nodes.
+    """
+    distance, _, _ = smallest_distance(positions, domain)
+    if not np.isfinite(distance):
+        return distance
+    spacing = float(np.linalg.norm(np.diff(positions, axis=1), axis=-1).max())
+    pairs = within(positions, distance + 2.0 * float(radii.max()) + spacing, domain)
+    points, thick = positions.reshape(-1, 3), radii.ravel()
+    apart = np.linalg.norm(points[pairs.first] - points[pairs.second] + pairs.shift, axis=1)
+    own = thick[pairs.first] + thick[pairs.second]
+    near = np.argsort(apart - own)[:8]
+    return min(_segments(positions, pairs, k) - float(own[k]) for k in near)
 
 
 def _segments(positions: Positions, pairs: Neighbours, k: int) -> float:

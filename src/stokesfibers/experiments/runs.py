@@ -166,7 +166,7 @@ def _compute(run: BucklingRun, folder: Path, watch: Watch | None = None) -> None
         return
     simulate(
         run.problem,
-        run.initial.curves(run.problem.fibers),
+        run.initial.curves(run.problem.fibers, run.problem.domain.lengths),
         until=run.tier.until,
         record=_schedule(run),
         out=path,

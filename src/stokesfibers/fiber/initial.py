@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from stokesfibers.core import checks
+from stokesfibers.core.arrays import Array
 from stokesfibers.core.errors import InputError
 from stokesfibers.fiber import curves
 from stokesfibers.fiber.curves import Curve
@@ -22,8 +23,8 @@ class AbstractInitial(abc.ABC):
     kind: ClassVar[str]
 
     @abc.abstractmethod
-    def curves(self, fibers: tuple[Fiber, ...]) -> tuple[Curve, ...]:
-        """Return one centreline per fiber."""
+    def curves(self, fibers: tuple[Fiber, ...], periods: Array) -> tuple[Curve, ...]:
+        """Return one centreline per fiber; `periods` (3,) of the domain, 0 where it is free."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Straight(AbstractInitial):
         checks.finite("angle", self.angle)
         object.__setattr__(self, "centre", checks.vector3("centre", self.centre))
 
-    def curves(self, fibers: tuple[Fiber, ...]) -> tuple[Curve, ...]:
+    def curves(self, fibers: tuple[Fiber, ...], periods: Array) -> tuple[Curve, ...]:  # noqa: ARG002
         return tuple(curves.straight(f, angle=self.angle, centre=self.centre) for f in fibers)
 
 
@@ -74,7 +75,7 @@ class NearlyStraight(AbstractInitial):
         checks.finite("amplitude", self.amplitude)
         object.__setattr__(self, "centre", checks.vector3("centre", self.centre))
 
-    def curves(self, fibers: tuple[Fiber, ...]) -> tuple[Curve, ...]:
+    def curves(self, fibers: tuple[Fiber, ...], periods: Array) -> tuple[Curve, ...]:  # noqa: ARG002
         return tuple(
             curves.nearly_straight(
                 f, angle=self.angle, amplitude=self.amplitude, centre=self.centre
@@ -100,7 +101,7 @@ class FromFile(AbstractInitial):
         if not isinstance(self.path, str):
             raise InputError("path", "the name of a .npy file", self.path)
 
-    def curves(self, fibers: tuple[Fiber, ...]) -> tuple[Curve, ...]:
+    def curves(self, fibers: tuple[Fiber, ...], periods: Array) -> tuple[Curve, ...]:  # noqa: ARG002
         file = Path(self.path)
         if not file.is_file():
             raise InputError(

@@ -94,7 +94,8 @@ class VonMisesFisher(AbstractOrientation):
         checks.positive("concentration", self.concentration)
 
     def sample(self, count: int, random: np.random.Generator) -> Points:
-        drawn = vonmises_fisher(np.array(self.axis), self.concentration).rvs(
+        drawn = vonmises_fisher(np.array(self.axis), self.concentration)  # pyright: ignore[reportArgumentType]
+       .rvs(
             count, random_state=random
         )
         return np.asarray(drawn).reshape(count, 3)

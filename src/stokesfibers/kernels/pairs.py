@@ -1,4 +1,4 @@
-"""Compiled sums over other fibers and their images: (17), (18), the close approach of Section 3.3.3.
+"""Compiled sums over other fibers and their images: (17), (18), close approach (Section 3.3.3).
 
 Arrays are component first: positions, tangents and integrated forces have shape (fiber, 3, node).
 The velocity is that of ``V + D W`` with D = (eps L)^2 / 2, times 8 pi mu and without the minus of
@@ -230,7 +230,9 @@ def others_velocity(
                     p[0], p[1], p[2], x[k], xs[k], force[k], h[k], doublet[k], near2
                 )
                 if count > 0:
-                    _close(p, k, x[k], xs[k], force[k], h[k], doublet[k], close, centreline, at, value)
+                    _close(
+                        p, k, x[k], xs[k], force[k], h[k], doublet[k], close, centreline, at, value
+                    )
                     vx, vy, vz = value[0], value[1], value[2]
                 out[i, 0] += vx
                 out[i, 1] += vy
@@ -298,8 +300,16 @@ def _close_tension_row(p, k, x, xs, h, doublet, close, tensile, at, fresh):
                 if share > 0.0:
                     # the force -T x_s is interpolated linearly between its nodal values
                     vx, vy, vz = _term(
-                        rx, ry, rz, tx, ty, tz,
-                        -xs[0, j + side], -xs[1, j + side], -xs[2, j + side], doublet,
+                        rx,
+                        ry,
+                        rz,
+                        tx,
+                        ty,
+                        tz,
+                        -xs[0, j + side],
+                        -xs[1, j + side],
+                        -xs[2, j + side],
+                        doublet,
                     )
                     fresh[0, j + side] += weight * share * vx
                     fresh[1, j + side] += weight * share * vy
@@ -344,9 +354,7 @@ def _far_tensor(rx, ry, rz, shifts, out):
 
 
 @njit(**_OPTIONS)
-def tension_influence(
-    own, k, x, xs, h, doublet, images, close, tensile, centres, trapezoid, out
-):
+def tension_influence(own, k, x, xs, h, doublet, images, close, tensile, centres, trapezoid, out):
     """Fill out[:, k] with x_s . d/ds of the velocity at fiber `own` by tensions of fiber k.
 
     `out` has shape (m, fiber, m) with m inner nodes: inner nodes of `own`, sources, their inner

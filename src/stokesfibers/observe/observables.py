@@ -11,6 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from stokesfibers.core.arrays import Array
+from stokesfibers.domain import neighbours
 from stokesfibers.observe.snapshot import Snapshot
 
 
@@ -43,8 +44,27 @@ def fiber_stress_direct(snapshot: Snapshot) -> Array:
 
 
 def extra_stress(snapshot: Snapshot) -> Array:
-    """Return the sum of the fibers' stresses, (3, 3)."""
-    return fiber_stress(snapshot).sum(axis=0)
+    """Return the sum of the fibers' stresses and of the load's, (3, 3)."""
+    load = snapshot.surroundings.load.stress(snapshot.loaded)
+    return fiber_stress(snapshot).sum(axis=0) + load
+
+
+def particle_stress(snapshot: Snapshot) -> Array:
+    """Return the extra stress per volume of the triply periodic cell, (3, 3)."""
+    return extra_stress(snapshot) / snapshot.surroundings.domain.volume
+
+
+def smallest_distance(snapshot: Snapshot) -> Array:
+    """Return the smallest distance between centrelines, images included."""
+    domain = snapshot.surroundings.domain
+    return np.array(neighbours.smallest_distance(snapshot.positions, domain)[0])
+
+
+def smallest_gap(snapshot: Snapshot) -> Array:
+    """Return the smallest distance between surfaces, with r(s) = 2 eps sqrt(s (L - s))."""
+    domain = snapshot.surroundings.domain
+    radii = np.stack([f.radii for f in snapshot.fibers])
+    return np.array(neighbours.smallest_gap(snapshot.positions, radii, domain))
 
 
 def first_normal_stress_difference(snapshot: Snapshot) -> Array:
@@ -133,3 +153,22 @@ OBSERVABLES: dict[str, Callable[[Snapshot], Array]] = {
     )
 }
 """What every run records, by the name of its variable."""
+
+AMONG_SEVERAL: dict[str, Callable[[Snapshot], Array]] = {
+    f.__name__: f for f in (smallest_distance, smallest_gap)
+}
+"""What only makes sense with more than one fiber, or images."""
+
+IN_A_CELL: dict[str, Callable[[Snapshot], Array]] = {"particle_stress": particle_stress}
+"""What only makes sense where the cell has a volume."""
+
+
+def recorded(snapshot: Snapshot) -> dict[str, Callable[[Snapshot], Array]]:
+    """Return what a run like the snapshot's records."""
+    domain = snapshot.surroundings.domain
+    chosen = dict(OBSERVABLES)
+    if len(snapshot.fibers) > 1 or np.any(domain.lengths > 0.0):
+        chosen |= AMONG_SEVERAL
+    if np.isfinite(domain.volume):
+        chosen |= IN_A_CELL
+    return chosen

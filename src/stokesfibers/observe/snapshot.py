@@ -2,12 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from stokesfibers.core.arrays import Array, Nodal, Positions
+from stokesfibers.domain import AbstractDomain, Free
+from stokesfibers.load import AbstractLoad, LoadedState, NoLoad
 from stokesfibers.slender.discrete import DiscreteFiber, Shape
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What acts on the fibers beside the fluid, and the space they are in.
+
+    Attributes
+    ----------
+    domain
+        Free or periodic space.
+    load
+        External force.
+    """
+
+    domain: AbstractDomain = field(default_factory=Free)
+    load: AbstractLoad = field(default_factory=NoLoad)
 
 
 @dataclass(frozen=True)
@@ -24,25 +42,44 @@ class Snapshot:
         Their centrelines.
     tension
         Nodal tensions, (fiber, node).
+    surroundings
+        Domain and external force.
     """
 
     time: float
     fibers: tuple[DiscreteFiber, ...]
     shapes: tuple[Shape, ...]
     tension: Nodal
+    surroundings: Surroundings = field(default_factory=Surroundings)
 
     @classmethod
     def take(
-        cls, time: float, fibers: tuple[DiscreteFiber, ...], positions: Positions, tension: Nodal
+        cls,
+        time: float,
+        fibers: tuple[DiscreteFiber, ...],
+        positions: Positions,
+        tension: Nodal,
+        *,
+        surroundings: Surroundings | None = None,
     ) -> Snapshot:
         """Return the snapshot of positions (fiber, node, space) and tensions (fiber, node)."""
         shapes = tuple(f.shape(x.T) for f, x in zip(fibers, positions, strict=True))
-        return cls(time, fibers, shapes, tension)
+        return cls(time, fibers, shapes, tension, surroundings or Surroundings())
 
     @property
     def positions(self) -> Positions:
         """Positions, (fiber, node, space)."""
         return np.stack([shape.x.T for shape in self.shapes])
+
+    @property
+    def loaded(self) -> LoadedState:
+        """What the external force depends on."""
+        return LoadedState(
+            self.positions,
+            np.stack([f.grid.trapezoid for f in self.fibers]),
+            np.array([f.eps * f.grid.length for f in self.fibers]),
+            self.surroundings.domain,
+        )
 
     def integrate(self, values: list[Array]) -> Array:
         """Return the integrals over arclength of nodal values (..., node), one per fiber."""

@@ -9,10 +9,12 @@ from math import ceil
 
 import numpy as np
 
+from stokesfibers.constraint.coupled import TensionError
 from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.run.interrupt import Wish
+from stokesfibers.run.moment import snapshot
 from stokesfibers.run.recorder import Recorder
 from stokesfibers.stepping.paper import Carry, PaperStepper
 
@@ -104,6 +106,8 @@ def _advance(
         try:
             ahead, report = stepper.step(carry)
             error = length_error(ahead, stepper)
+        except TensionError as fault:
+            return _tension_failed(stepper, carry, fault), None
         except np.linalg.LinAlgError:
             return _blown_up(stepper, carry), None
         except InputError as fault:
@@ -113,8 +117,8 @@ def _advance(
         carry = ahead
         recorder.step(carry, report)
         if goal.watch is not None:
-            snapshot = partial(recorder.snapshot, carry)
-            goal.watch(Moment(report.time, goal.until, report.step_size, error, snapshot))
+            look = partial(snapshot, stepper, carry)
+            goal.watch(Moment(report.time, goal.until, report.step_size, error, look))
     return _done(stepper.time(carry.step), goal.until), carry
 
 
@@ -141,6 +145,16 @@ def _blown_up(stepper: PaperStepper, carry: Carry) -> Status:
         f"{LARGEST_LENGTH_ERROR:.0%} or not finite. What came before is kept",
         "Take a smaller stepping.dt or more discretization.intervals; 'stokesfibers check' "
         "shows doubtful choices",
+    )
+
+
+def _tension_failed(stepper: PaperStepper, carry: Carry, fault: TensionError) -> Status:
+    return Status(
+        "failed",
+        stepper.time(carry.step),
+        f"The tensions of the next step cannot be found: {fault}. What came before is kept",
+        "Set constraint.solver = 'krylov', a larger constraint.tolerance, or a steric load that "
+        "keeps fibers apart",
     )
 
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from stokesfibers.core.arrays import Positions
-from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.problem.problem import Problem
 from stokesfibers.run.layout import OutputPoints, observable_records, trajectory_records
+from stokesfibers.run.moment import snapshot
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.run.simulate import reproducible
 from stokesfibers.stepping.paper import PaperStepper
@@ -79,8 +79,8 @@ def estimate(problem: Problem, initial: Positions, *, until: float, record: Sche
         points = OutputPoints(record.points)
 
         def look() -> tuple[Any, Any]:
-            snapshot = Snapshot.take(0.0, stepper.fibers, carry.positions, carry.tension)
-            return observable_records(snapshot), trajectory_records(snapshot, points)
+            moment = snapshot(stepper, carry)
+            return observable_records(moment), trajectory_records(moment, points)
 
         observed, placed = look()
         look_seconds = _fastest(look)

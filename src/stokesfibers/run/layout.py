@@ -10,7 +10,7 @@ from scipy.interpolate import make_interp_spline
 from stokesfibers.core.arrays import Array
 from stokesfibers.core.variables import lookup, registered
 from stokesfibers.io.layout import ArrayLayout
-from stokesfibers.observe.observables import OBSERVABLES
+from stokesfibers.observe.observables import recorded
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.stepping.report import STAGES, StepReport
 
@@ -79,7 +79,7 @@ def trajectory_records(snapshot: Snapshot, points: OutputPoints) -> Records:
 
 def observable_records(snapshot: Snapshot) -> Records:
     """Return all observables, with a leading axis of length one."""
-    return {f"observables/{name}": f(snapshot)[None] for name, f in OBSERVABLES.items()}
+    return {f"observables/{name}": f(snapshot)[None] for name, f in recorded(snapshot).items()}
 
 
 def step_records(reports: list[StepReport]) -> Records:

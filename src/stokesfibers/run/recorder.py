@@ -7,7 +7,6 @@ from typing import Any, Protocol
 
 from stokesfibers.core.status import Status
 from stokesfibers.io.checkpoint import Checkpoint
-from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.run.layout import (
     OutputPoints,
     Records,
@@ -15,6 +14,7 @@ from stokesfibers.run.layout import (
     step_records,
     trajectory_records,
 )
+from stokesfibers.run.moment import snapshot
 from stokesfibers.run.schedule import Schedule, is_due
 from stokesfibers.stepping.paper import Carry, PaperStepper
 from stokesfibers.stepping.report import StepReport
@@ -61,10 +61,10 @@ class Recorder:
 
     def start(self, carry: Carry) -> None:
         """Record the initial state and commit it."""
-        snapshot = self.snapshot(carry)
-        self._sink.append(trajectory_records(snapshot, self._points))
-        self._sink.append(observable_records(snapshot))
-        self.commit(carry, Status("running", snapshot.time))
+        moment = snapshot(self._stepper, carry)
+        self._sink.append(trajectory_records(moment, self._points))
+        self._sink.append(observable_records(moment))
+        self.commit(carry, Status("running", moment.time))
 
     def step(self, carry: Carry, report: StepReport) -> None:
         """Record what became due in the step that led to `carry`."""
@@ -75,11 +75,11 @@ class Recorder:
         place = is_due(schedule.positions_every, before, now)
         if not (observe or place):
             return
-        snapshot = self.snapshot(carry)
+        moment = snapshot(self._stepper, carry)
         if observe:
-            self._sink.append(observable_records(snapshot))
+            self._sink.append(observable_records(moment))
         if place:
-            self._sink.append(trajectory_records(snapshot, self._points))
+            self._sink.append(trajectory_records(moment, self._points))
             due = is_due(schedule.checkpoint_interval, self._saved, now)
             self.commit(carry if due else None, Status("running", now))
 
@@ -95,8 +95,3 @@ class Recorder:
         self.committed = status.time
         if carry is not None:
             self._saved = status.time
-
-    def snapshot(self, carry: Carry) -> Snapshot:
-        """Return the moment of `carry` as observables see it."""
-        time = self._stepper.time(carry.step)
-        return Snapshot.take(time, self._stepper.fibers, carry.positions, carry.tension)

@@ -26,12 +26,12 @@ from stokesfibers.io.checkpoint import Checkpoint
 from stokesfibers.io.provenance import provenance
 from stokesfibers.io.reader import open_run
 from stokesfibers.io.store import RunStore
-from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import problem_from_tables, problem_to_tables
 from stokesfibers.run.advance import Goal, Moment, Watch, advance
 from stokesfibers.run.interrupt import stop_on_signal
 from stokesfibers.run.layout import LABELS, OutputPoints, layout
+from stokesfibers.run.moment import snapshot
 from stokesfibers.run.memory import MemorySink
 from stokesfibers.run.recorder import Recorder, Sink
 from stokesfibers.run.schedule import Schedule
@@ -73,6 +73,7 @@ def simulate(
     overwrite: bool = False,
     case: Table | None = None,
     watch: Watch | None = None,
+    threads: int | None = None,
 ) -> Result:
     """Run `problem` from time 0 to `until`.
 
@@ -95,6 +96,8 @@ def simulate(
         Tables to store as the resolved case; by default those of `problem`.
     watch
         Called after each step.
+    threads
+        Threads that fibers are spread over, None for all cores; results do not depend on it.
 
     Returns
     -------
@@ -108,10 +111,9 @@ def simulate(
     """
     checks.positive("until", until)
     with reproducible(), stop_on_signal() as wish:
-        stepper = PaperStepper(problem)
+        stepper = PaperStepper(problem, threads)
         carry = stepper.init(nodal_positions(initial, problem))
-        first = Snapshot.take(0.0, stepper.fibers, carry.positions, carry.tension)
-        arrays = layout(first, OutputPoints(record.points))
+        arrays = layout(snapshot(stepper, carry), OutputPoints(record.points))
         attributes = _attributes(problem, until, record, case)
         goal = Goal(until, wish, watch)
         if out is None:
@@ -131,6 +133,7 @@ def resume(
     problem: Problem | None = None,
     allow_python: bool = False,
     watch: Watch | None = None,
+    threads: int | None = None,
 ) -> Result:
     """Continue a stored run from its last checkpoint; the result is bitwise that of no stop.
 
@@ -146,6 +149,8 @@ def resume(
         Whether a flow from a user's file may run.
     watch
         Called after each step.
+    threads
+        Threads that fibers are spread over, None for all cores; results do not depend on it.
 
     Raises
     ------
@@ -160,7 +165,7 @@ def resume(
         end = float(case["stepping"]["until"]) if until is None else checks.positive("until", until)
         if problem is None:
             problem = problem_from_tables(case, allow_python=allow_python)
-        stepper = PaperStepper(problem)
+        stepper = PaperStepper(problem, threads)
         checkpoint = store.checkpoint()
         now = 0.0 if checkpoint is None else stepper.time(int(checkpoint.meta["step"]))
         if until is not None and end < now * (1.0 - 1e-9):
@@ -246,7 +251,7 @@ def _restarted(store: RunStore, stepper: PaperStepper, problem: Problem, case: T
         )
     initial = choose(INITIALS, case["initial"], "initial")
     store.truncate(dict.fromkeys(store.lengths, 0))
-    return stepper.init(nodal_positions(initial.curves(problem.fibers), problem))
+    return stepper.init(nodal_positions(initial.curves(problem.fibers, problem.domain.lengths), problem))
 
 
 def _note_resumption(store: RunStore, case: Table, until: float, now: float) -> None:

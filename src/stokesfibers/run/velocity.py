@@ -13,6 +13,7 @@ from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.observe.velocity import fluid_velocity
 from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import problem_from_tables
+from stokesfibers.run.moment import surroundings
 from stokesfibers.slender.discrete import DiscreteFiber
 
 
@@ -42,7 +43,13 @@ def snapshot_of(data: xr.DataTree, problem: Problem, time: float) -> Snapshot:
         )
         for kind in problem.fibers
     )
-    return Snapshot.take(float(times[record]), fibers, positions, tension)
+    return Snapshot.take(
+        float(times[record]),
+        fibers,
+        positions,
+        tension,
+        surroundings=surroundings(problem),
+    )
 
 
 def velocity_from_run(

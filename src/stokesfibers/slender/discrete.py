@@ -82,6 +82,12 @@ class DiscreteFiber:
         return self.grid.nodes
 
     @cached_property
+    def radii(self) -> Array:
+        """r(s) = 2 eps sqrt(s (L - s)) at the nodes."""
+        s = self.nodes
+        return 2.0 * self.eps * np.sqrt(np.clip(s * (self.grid.length - s), 0.0, None))
+
+    @cached_property
     def _delta(self) -> Array:
         return self.weights.delta * self.grid.length
 

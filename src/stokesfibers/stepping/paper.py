@@ -80,7 +80,7 @@ class PaperStepper:
         engine = problem.engine
         assert engine.dt is not None
         assert engine.beta is not None
-        self._problem = problem
+        self.problem = problem
         self._dt = engine.dt
         self._beta = engine.beta
         self._drag = problem.drag
@@ -109,7 +109,7 @@ class PaperStepper:
 
     def init(self, positions: Positions) -> Carry:
         """Return the carry at time 0 from positions (fiber, node, space)."""
-        expected = (len(self.fibers), self._problem.engine.intervals + 1, 3)
+        expected = (len(self.fibers), self.problem.engine.intervals + 1, 3)
         if positions.shape != expected:
             raise InputError("positions", f"shape {expected}", positions.shape)
         x = np.ascontiguousarray(positions.transpose(0, 2, 1))
@@ -151,7 +151,7 @@ class PaperStepper:
 
     def _tension_and_slow(self, x: Array, t: float, guess: Nodal) -> tuple[Nodal, Array, int]:
         """Return tension (27), G and iterations for positions (fiber, 3, node) at time t."""
-        flow = self._problem.flow
+        flow = self.problem.flow
         points = x.transpose(0, 2, 1)
         velocity = flow.velocity(points, t).transpose(0, 2, 1)
         gradient = flow.gradient(points, t)
@@ -172,7 +172,7 @@ class PaperStepper:
             slow = slow - self._own_centreline(shapes, tension)
         else:
             scene = Scene(self._interaction, shapes, self._workers)
-            solver = self._problem.tension_solver
+            solver = self.problem.tension_solver
             density = self._load_density(x)
             if density.any():
                 pushed, stretched = scene.loaded(density)
@@ -188,26 +188,22 @@ class PaperStepper:
     def _load_density(self, x: Array) -> Array:
         """Return the external force per length, (fiber, 3, node)."""
         positions = np.ascontiguousarray(x.transpose(0, 2, 1))
-        state = loaded_state(self._problem, self.fibers, positions)
-        return np.ascontiguousarray(self._problem.load.density(state).transpose(0, 2, 1))
+        state = LoadedState(
+            positions,
+            np.stack([f.grid.trapezoid for f in self.fibers]),
+            np.array([f.eps * f.grid.length for f in self.fibers]),
+            self.problem.domain,
+        )
+        return np.ascontiguousarray(self.problem.load.density(state).transpose(0, 2, 1))
 
     def _own_centreline(self, shapes: tuple[Shape, ...], tension: Nodal) -> Array:
         """Return -(Lambda + K)[(T x_s)_s] of each fiber, (fiber, 3, node)."""
         return np.stack(
-            [-f.tensile_velocity(s, q) for f, s, q in zip(self.fibers, shapes, tension, strict=True)]
+            [
+                -f.tensile_velocity(s, q)
+                for f, s, q in zip(self.fibers, shapes, tension, strict=True)
+            ]
         )
-
-
-def loaded_state(
-    problem: Problem, fibers: tuple[DiscreteFiber, ...], positions: Positions
-) -> LoadedState:
-    """Return what the problem's load may depend on."""
-    return LoadedState(
-        positions,
-        np.stack([f.grid.trapezoid for f in fibers]),
-        np.array([f.eps * f.grid.length for f in fibers]),
-        problem.domain,
-    )
 
 
 def _stretching(shape: Shape, gradient: Array) -> Array:

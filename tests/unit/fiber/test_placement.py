@@ -30,16 +30,16 @@ def test_segment_distances_of_parallel_segments():
     a, u = np.zeros(3), np.array([1.0, 0.0, 0.0])
     starts = np.array([[0.2, 0.3, 0.0], [1.5, 0.0, 0.0], [-2.0, 0.4, 0.0]])
     alongs = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
-    assert_close(segment_distances(a, u, starts, alongs), [0.3, 0.5, np.hypot(2.0, 0.4)], rtol=1e-12)
+    assert_close(
+        segment_distances(a, u, starts, alongs), [0.3, 0.5, np.hypot(2.0, 0.4)], rtol=1e-12
+    )
 
 
 @pytest.mark.parametrize("periods", [(2.5, 0.0, 0.0), (2.5, 2.5, 2.5), (0.0, 0.0, 0.0)])
 def test_placed_fibers_keep_the_gap_images_included(periods):
     kinds = (Fiber(slenderness=0.02),) * 15 + (Fiber(length=0.5, slenderness=0.02),) * 10
     box = Box(np.zeros(3), np.full(3, 2.5), np.array(periods))
-    middles, units = place_randomly(
-        kinds, box, orientation=Isotropic(), least_gap=0.05, seed=3
-    )
+    middles, units = place_randomly(kinds, box, orientation=Isotropic(), least_gap=0.05, seed=3)
     lengths = np.array([k.length for k in kinds])
     radii = np.array([k.eps * k.length for k in kinds])
     starts = middles - 0.5 * lengths[:, None] * units

@@ -1,0 +1,23 @@
+"""A carry as observables see it."""
+
+from __future__ import annotations
+
+from stokesfibers.observe.snapshot import Snapshot, Surroundings
+from stokesfibers.problem.problem import Problem
+from stokesfibers.stepping.paper import Carry, PaperStepper
+
+
+def surroundings(problem: Problem) -> Surroundings:
+    """Return domain and external force of a problem."""
+    return Surroundings(problem.domain, problem.load)
+
+
+def snapshot(stepper: PaperStepper, carry: Carry) -> Snapshot:
+    """Return shapes and tensions of `carry` with what surrounds them."""
+    return Snapshot.take(
+        stepper.time(carry.step),
+        stepper.fibers,
+        carry.positions,
+        carry.tension,
+        surroundings=surroundings(stepper.problem),
+    )
