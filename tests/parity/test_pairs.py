@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from reference.pair_twins import by_parts, plain
-from support import assert_close, assert_order, free_end_curve, helical_curve
 
+from reference.pair_twins import by_parts, plain
 from stokesfibers.kernels import pairs
+from support import assert_close, assert_order, free_end_curve, helical_curve
 
 EPS = 0.02
 WEIGHT = 0.5 * EPS**2

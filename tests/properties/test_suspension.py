@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support import assert_close, free_end_curve
 
 import stokesfibers as sf
 from stokesfibers.constraint.coupled import FixedPoint, Krylov, TensionError
@@ -15,7 +14,8 @@ from stokesfibers.domain import Free, Periodic
 from stokesfibers.slender.suspension import Interaction, Scene
 from stokesfibers.stepping.paper import PaperStepper
 from stokesfibers.summation.close_approach import PaperCloseApproach
-from stokesfibers.summation.images import ImageSum
+from stokesfibers.summation.images import TruncatedSum
+from support import assert_close, free_end_curve
 
 INTERVALS = 24
 
@@ -51,17 +51,16 @@ def _advance(problem, positions, steps=3, threads=1):
 
 
 DOMAINS = [Free(), Periodic((2.0, 0.0, 0.0)), Periodic((2.0, 2.0, 0.0))]
+FEW_IMAGES = TruncatedSum(reach=3)
 
 
 @pytest.mark.parametrize("domain", DOMAINS, ids=["free", "one period", "two periods"])
 def test_assembled_influence_equals_the_sum_it_stands_for(domain):
     close = PaperCloseApproach(d0=0.15)
-    fibers = PaperStepper(_problem(domain=domain), 1).fibers
+    fibers = PaperStepper(_problem(domain=domain, image_sum=FEW_IMAGES), 1).fibers
     positions = _positions(4, spread=0.35)
     shapes = tuple(f.shape(x.T) for f, x in zip(fibers, positions, strict=True))
-    interaction = Interaction.build(
-        fibers, domain, image_sum=ImageSum(reach=3), close_approach=close
-    )
+    interaction = Interaction.build(fibers, domain, image_sum=FEW_IMAGES, close_approach=close)
     scene = Scene(interaction, shapes, Workers(1))
     tension = np.zeros((4, INTERVALS + 1))
     tension[:, 1:-1] = np.random.default_rng(0).normal(size=(4, INTERVALS - 1))

@@ -13,7 +13,8 @@ from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import Table, as_table, build, choose, refuse_unknown, to_table
 from stokesfibers.fiber.curves import Curve
-from stokesfibers.fiber.initial import INITIALS, AbstractInitial, FromFile, NearlyStraight
+from stokesfibers.fiber.initial import AbstractInitial, FromFile, NearlyStraight
+from stokesfibers.fiber.initials import INITIALS
 from stokesfibers.problem.checks import Plan
 from stokesfibers.problem.flow_tables import resolved_flow
 from stokesfibers.problem.problem import Problem

@@ -11,16 +11,24 @@ import re
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields
 from types import NoneType, UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from stokesfibers.fiber.initial import INITIALS, NearlyStraight
+from stokesfibers.constraint.coupled import TENSION_SOLVERS
+from stokesfibers.domain import Free, Periodic
+from stokesfibers.fiber.initial import NearlyStraight
+from stokesfibers.fiber.initials import INITIALS
+from stokesfibers.fiber.orientation import ORIENTATIONS
 from stokesfibers.fiber.parameters import Fiber
+from stokesfibers.fiber.suspension import Orientation
 from stokesfibers.flow import FLOWS, AbstractFlow, SumOfFlows, Uniform, UserFlow
+from stokesfibers.load import LOADS
 from stokesfibers.problem.engine import PaperEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.slender.mobility import LocalDrag, NonLocal
 from stokesfibers.slender.regularization import REGULARIZATIONS
+from stokesfibers.summation.close_approach import CLOSE_APPROACHES
+from stokesfibers.summation.images import IMAGE_SUMS
 
 Schema = dict[str, Any]
 
@@ -50,10 +58,13 @@ def case_schema() -> Schema:
                 },
                 "fluid": {**_object(fluid), "oneOf": _one_of("mu_bar", "viscosity")},
                 "flow": {"$ref": "#/$defs/flow"},
-                "domain": _object({"kind": {"enum": ["free"]}}),
+                "domain": _domain(),
+                "load": {"oneOf": [_kind(cls) for cls in LOADS.values()]},
                 "initial": {"oneOf": [_kind(cls) for cls in INITIALS.values()]},
                 "model": _model(),
-                "constraint": _object({"beta": engine["beta"]}),
+                "constraint": _object(
+                    {"beta": engine["beta"], **_named("solver", TENSION_SOLVERS)}
+                ),
                 "discretization": _object({"intervals": engine["intervals"]}),
                 "stepping": _object({"dt": engine["dt"], "until": until}, ["until"]),
                 "record": {**_table(Schedule), "required": []},
@@ -95,7 +106,28 @@ def _flow(cls: type[AbstractFlow]) -> Schema:
 def _model() -> Schema:
     kinds = [_kind(cls) for cls in REGULARIZATIONS.values()]
     mobility = {"enum": [NonLocal.kind, LocalDrag.kind], "default": NonLocal.kind}
-    return _object({"mobility": mobility, "regularization": {"oneOf": kinds}})
+    close = [_kind(cls) for cls in CLOSE_APPROACHES.values()]
+    return _object(
+        {
+            "mobility": mobility,
+            "regularization": {"oneOf": kinds},
+            "close_approach": {"oneOf": close},
+        }
+    )
+
+
+def _domain() -> Schema:
+    periodic = _kind(Periodic)
+    periodic["properties"].update(_named("sum", IMAGE_SUMS))
+    return {"oneOf": [_kind(Free), periodic]}
+
+
+def _named(key: str, kinds: Mapping[str, type]) -> dict[str, Schema]:
+    """Return the schemas of a key that names a record and of the record's fields beside it."""
+    found: dict[str, Schema] = {key: {"enum": list(kinds), "default": next(iter(kinds))}}
+    for cls in kinds.values():
+        found.update({k: v for k, v in _properties(cls).items() if k not in found})
+    return found
 
 
 def _kind(cls: type) -> Schema:
@@ -149,6 +181,11 @@ def _default(f: Field[Any]) -> Any:
 
 def _of_type(hint: Any) -> Schema:
     """Return the schema of a field's type; None, for a key left out, is not written in TOML."""
+    if hint == Orientation:
+        kinds = [_kind(cls) for cls in ORIENTATIONS.values()]
+        return {"oneOf": [{"enum": list(ORIENTATIONS)}, *kinds]}
+    if get_origin(hint) is Literal:
+        return {"enum": list(get_args(hint))}
     if get_origin(hint) in (Union, UnionType):
         (hint,) = (part for part in get_args(hint) if part is not NoneType)
     if get_origin(hint) is tuple:

@@ -1,4 +1,4 @@
-"""Distances between straight segments: a pure function that placement and neighbour search share."""
+"""Distances between straight segments, for placement and neighbour search."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, fields, is_dataclass
 from typing import Any, TypeVar
 
 from stokesfibers.core.errors import InputError
@@ -70,10 +70,16 @@ def choose(kinds: Mapping[str, type[Record]], table: Mapping[str, Any], where: s
 
 
 def to_table(record: Any) -> Table:
-    """Return the fields of a flat record that differ from None, with its kind if it has one."""
+    """Return the kind of a record and its fields other than None; records in it as tables."""
     table: Table = {"kind": record.kind} if hasattr(record, "kind") else {}
     for f in fields(record):
         value = getattr(record, f.name)
         if value is not None:
-            table[f.name] = list(value) if isinstance(value, tuple) else value
+            table[f.name] = _plain(value)
     return table
+
+
+def _plain(value: Any) -> Any:
+    if is_dataclass(value) and not isinstance(value, type):
+        return to_table(value)
+    return list(value) if isinstance(value, tuple) else value

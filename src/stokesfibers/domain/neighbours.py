@@ -73,7 +73,7 @@ def smallest_distance(positions: Positions, domain: AbstractDomain) -> tuple[flo
     tree = _tree(points, domain)
     count = min(16, len(points))
     while True:
-        distance, index = tree.query(tree.data, k=count)
+        _, index = tree.query(tree.data, k=count)
         first = np.repeat(np.arange(len(points)), count)
         pairs = _strangers(points, first, index.ravel(), nodes=nodes, domain=domain)
         # own neighbours fill the list up to distances of about count / 2 spacings

@@ -94,6 +94,15 @@ def straight(
     return nearly_straight(fiber, angle=angle, amplitude=0.0, centre=centre)
 
 
+def segment(fiber: Fiber, *, centre: tuple[float, float, float] | Array, direction: Array) -> Curve:
+    """Return a straight centreline with its mid-point at `centre`, along the unit `direction`."""
+    middle, along = np.asarray(centre, dtype=float), fiber.length * np.asarray(direction)
+    return Curve(
+        lambda alpha: middle + (alpha[:, None] - 0.5) * along,
+        lambda alpha: np.broadcast_to(along, (alpha.size, 3)),
+    )
+
+
 def nearly_straight(
     fiber: Fiber,
     *,

@@ -132,8 +132,3 @@ def given(
         curves.fitted(p, f, where=f"{where}, fiber {k}")
         for k, (p, f) in enumerate(zip(points, fibers, strict=True))
     )
-
-
-INITIALS: dict[str, type[AbstractInitial]] = {
-    i.kind: i for i in (Straight, NearlyStraight, FromFile)
-}

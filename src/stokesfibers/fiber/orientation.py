@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import abc
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.stats import vonmises_fisher
@@ -94,10 +94,9 @@ class VonMisesFisher(AbstractOrientation):
         checks.positive("concentration", self.concentration)
 
     def sample(self, count: int, random: np.random.Generator) -> Points:
-        drawn = vonmises_fisher(np.array(self.axis), self.concentration)  # pyright: ignore[reportArgumentType]
-       .rvs(
-            count, random_state=random
-        )
+        kappa: Any = self.concentration
+        spread = vonmises_fisher(np.array(self.axis), kappa)
+        drawn = spread.rvs(count, random_state=random)
         return np.asarray(drawn).reshape(count, 3)
 
 

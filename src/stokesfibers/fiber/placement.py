@@ -1,4 +1,4 @@
-"""Random sequential addition of straight fibers that keep a least gap, in a box or periodic cell."""
+"""Random sequential addition of straight fibers that keep a least gap, in a box or a cell."""
 
 from __future__ import annotations
 

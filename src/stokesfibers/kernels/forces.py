@@ -1,4 +1,4 @@
-"""Compiled sums of the plain forms (7), (8): for forces that do not derive from an F with free ends.
+"""Compiled sums of the plain forms (7), (8), for forces without an F that vanishes at the ends.
 
 Same conventions as ``kernels/pairs.py``: component first, times 8 pi mu, without the minus of (6).
 """

@@ -117,7 +117,7 @@ def _refined(p, x, xs, force, h, doublet, near2, parts, at, out):
 
 @njit(**_OPTIONS)
 def nearest(p, x):
-    """Return distance to a polygon (3, node), the interval and the fraction of the nearest point."""
+    """Return distance to a polygon (3, node), and interval and fraction of its nearest point."""
     best, interval, fraction = 1e300, 0, 0.0
     for j in range(x.shape[1] - 1):
         along, size = 0.0, 0.0
@@ -358,8 +358,9 @@ def tension_influence(own, k, x, xs, h, doublet, images, close, tensile, centres
     """Fill out[:, k] with x_s . d/ds of the velocity at fiber `own` by tensions of fiber k.
 
     `out` has shape (m, fiber, m) with m inner nodes: inner nodes of `own`, sources, their inner
-    tensions. The derivative is the compact difference (33) between half points. The velocity is in the sense of `others_velocity`. `tensile` (fiber, 3, node, node) maps tensions to
-    the centreline value, `trapezoid` (node,) holds the rule's weights over h.
+    tensions. The derivative is the compact difference (33) between half points. The velocity is
+    in the sense of `others_velocity`. `tensile` (fiber, 3, node, node) maps tensions to the
+    centreline value, `trapezoid` (node,) holds the rule's weights over h.
     """
     periods, near_shifts, far_shifts = images
     n = x.shape[2]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass, field
 from math import pi
 
-from stokesfibers.core import checks
 from stokesfibers.constraint.coupled import AbstractTensionSolver, FixedPoint
+from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError
 from stokesfibers.domain import AbstractDomain, Free
 from stokesfibers.fiber.parameters import Fiber
@@ -15,7 +15,7 @@ from stokesfibers.load import AbstractLoad, NoLoad
 from stokesfibers.problem.engine import PaperEngine
 from stokesfibers.slender.mobility import AbstractMobility, NonLocal
 from stokesfibers.summation.close_approach import AbstractCloseApproach, PaperCloseApproach
-from stokesfibers.summation.images import ImageSum
+from stokesfibers.summation.images import AbstractImageSum, ImageSum
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Problem:
     mobility: AbstractMobility = field(default_factory=NonLocal)
     engine: PaperEngine = field(default_factory=PaperEngine)
     domain: AbstractDomain = field(default_factory=Free)
-    image_sum: ImageSum = field(default_factory=ImageSum)
+    image_sum: AbstractImageSum = field(default_factory=ImageSum)
     close_approach: AbstractCloseApproach = field(default_factory=PaperCloseApproach)
     load: AbstractLoad = field(default_factory=NoLoad)
     tension_solver: AbstractTensionSolver = field(default_factory=FixedPoint)
@@ -71,6 +71,14 @@ class Problem:
         kinds = self.fiber if isinstance(self.fiber, tuple) else (self.fiber,)
         if not kinds or not all(isinstance(kind, Fiber) for kind in kinds):
             raise InputError("fiber", "a Fiber or a tuple of Fibers", self.fiber)
+        directions = int((self.domain.lengths > 0.0).sum())
+        if directions > self.image_sum.most_directions:
+            raise InputError(
+                "domain.sum",
+                "'truncated', asked for by name, for more than one periodic direction",
+                repr(self.image_sum.kind),
+                "The sum over images then converges slowly, or only for its cubic cut-off.",
+            )
         longest = max(kind.length for kind in kinds)
         periods = [p for p in self.domain.lengths if p > 0.0]
         if periods and min(periods) < longest:

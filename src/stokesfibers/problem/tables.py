@@ -11,6 +11,11 @@ from stokesfibers.core.tables import Table, as_table, build, choose, refuse_unkn
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.problem.engine import PaperEngine
 from stokesfibers.problem.flow_tables import Source, flow_from_table, flow_to_table
+from stokesfibers.problem.interaction_tables import (
+    CONSTRAINT_KEYS,
+    interaction_parts,
+    interaction_tables,
+)
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.mobility import AbstractMobility, LocalDrag, NonLocal
 from stokesfibers.slender.regularization import REGULARIZATIONS
@@ -25,6 +30,7 @@ TABLES = (
     "constraint",
     "discretization",
     "stepping",
+    "load",
 )
 """Top-level keys that describe the problem; a case file has others beside them."""
 
@@ -50,7 +56,6 @@ def problem_from_tables(
     """
     fluid = as_table(tables.get("fluid", {}), "fluid")
     refuse_unknown(fluid, ("mu_bar", "viscosity"), "fluid")
-    _check_domain(as_table(tables.get("domain", {}), "domain"))
     fibers = _fibers(tables.get("fiber"))
     source = Source(folder, allow_python, float(fibers[0].length))
     flow = flow_from_table(as_table(tables.get("flow", {"kind": "none"}), "flow"), source, "flow")
@@ -58,6 +63,7 @@ def problem_from_tables(
         "fiber": fibers,
         "flow": flow,
         "mobility": _mobility(as_table(tables.get("model", {}), "model")),
+        **interaction_parts(tables),
     }
     engine = _engine(tables)
     try:
@@ -67,7 +73,7 @@ def problem_from_tables(
     try:
         return Problem(**parts, engine=engine, **fluid)
     except InputError as error:
-        raise (error if error.where.startswith("fiber") else error.at("fluid")) from None
+        raise (error.at("fluid") if error.where in ("mu_bar", "viscosity") else error) from None
 
 
 def problem_to_tables(problem: Problem) -> Table:
@@ -81,15 +87,17 @@ def problem_to_tables(problem: Problem) -> Table:
     if isinstance(mobility, NonLocal):
         model["regularization"] = to_table(mobility.regularization)
     fluid = {"mu_bar": problem.mu_bar, "viscosity": problem.viscosity}
+    several = interaction_tables(problem)
     kinds = problem.fiber if isinstance(problem.fiber, tuple) else (problem.fiber,)
     return {
         "engine": problem.engine.kind,
         "fiber": [to_table(kind) for kind in kinds],
         "fluid": {k: v for k, v in fluid.items() if v is not None},
         "flow": flow_to_table(problem.flow),
-        "domain": {"kind": "free"},
-        "model": model,
-        "constraint": {"beta": problem.engine.beta},
+        "domain": several["domain"],
+        "model": model | several["model"],
+        "constraint": {"beta": problem.engine.beta} | several["constraint"],
+        "load": several["load"],
         "discretization": {"intervals": problem.engine.intervals},
         "stepping": {"dt": problem.engine.dt},
     }
@@ -107,17 +115,8 @@ def _fibers(value: object) -> tuple[Fiber, ...]:
     return (build(Fiber, as_table(value, "fiber"), "fiber"),)
 
 
-def _check_domain(table: Table) -> None:
-    refuse_unknown(table, ("kind", "periods"), "domain")
-    kind = table.get("kind", "free")
-    if kind != "free":
-        raise InputError(
-            "domain.kind", "'free'", repr(kind), "Periodic domains are not part of this version."
-        )
-
-
 def _mobility(table: Table) -> AbstractMobility:
-    refuse_unknown(table, ("mobility", "regularization"), "model")
+    refuse_unknown(table, ("mobility", "regularization", "close_approach"), "model")
     kind = table.get("mobility", "nonlocal")
     if kind == LocalDrag.kind:
         if "regularization" in table:
@@ -140,7 +139,7 @@ def _engine(tables: Mapping[str, Any]) -> PaperEngine:
     places = {
         "intervals": ("discretization", ("intervals",)),
         "dt": ("stepping", ("dt", "until")),
-        "beta": ("constraint", ("beta",)),
+        "beta": ("constraint", CONSTRAINT_KEYS),
     }
     for name, (where, known) in places.items():
         table = as_table(tables.get(where, {}), where)

@@ -20,7 +20,8 @@ from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
 from stokesfibers.core.tables import Table, choose, to_table
 from stokesfibers.fiber.curves import Curve
-from stokesfibers.fiber.initial import INITIALS, given
+from stokesfibers.fiber.initial import given
+from stokesfibers.fiber.initials import INITIALS
 from stokesfibers.fiber.parameters import RADIUS_PROFILE
 from stokesfibers.io.checkpoint import Checkpoint
 from stokesfibers.io.provenance import provenance
@@ -31,8 +32,8 @@ from stokesfibers.problem.tables import problem_from_tables, problem_to_tables
 from stokesfibers.run.advance import Goal, Moment, Watch, advance
 from stokesfibers.run.interrupt import stop_on_signal
 from stokesfibers.run.layout import LABELS, OutputPoints, layout
-from stokesfibers.run.moment import snapshot
 from stokesfibers.run.memory import MemorySink
+from stokesfibers.run.moment import snapshot
 from stokesfibers.run.recorder import Recorder, Sink
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.stepping.paper import Carry, PaperStepper
@@ -251,7 +252,9 @@ def _restarted(store: RunStore, stepper: PaperStepper, problem: Problem, case: T
         )
     initial = choose(INITIALS, case["initial"], "initial")
     store.truncate(dict.fromkeys(store.lengths, 0))
-    return stepper.init(nodal_positions(initial.curves(problem.fibers, problem.domain.lengths), problem))
+    return stepper.init(
+        nodal_positions(initial.curves(problem.fibers, problem.domain.lengths), problem)
+    )
 
 
 def _note_resumption(store: RunStore, case: Table, until: float, now: float) -> None:

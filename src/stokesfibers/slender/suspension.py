@@ -17,7 +17,7 @@ from stokesfibers.kernels import forces
 from stokesfibers.kernels import pairs as kernels
 from stokesfibers.slender.discrete import DiscreteFiber, Shape
 from stokesfibers.summation.close_approach import AbstractCloseApproach
-from stokesfibers.summation.images import ImageSum
+from stokesfibers.summation.images import AbstractImageSum
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Interaction:
         fibers: tuple[DiscreteFiber, ...],
         domain: AbstractDomain,
         *,
-        image_sum: ImageSum,
+        image_sum: AbstractImageSum,
         close_approach: AbstractCloseApproach,
     ) -> Interaction:
         """Prepare the interaction of `fibers` in `domain`."""

@@ -6,6 +6,7 @@ Along each periodic direction images |p| <= 1 about the nearest one are summed e
 
 from __future__ import annotations
 
+import abc
 from dataclasses import dataclass
 from itertools import product
 from typing import ClassVar, Literal
@@ -20,9 +21,37 @@ from stokesfibers.domain import AbstractDomain
 About = Literal["midpoint", "centre_of_mass"]
 
 
+class AbstractImageSum(abc.ABC):
+    """A way to sum over periodic images."""
+
+    kind: ClassVar[str]
+    citation: ClassVar[str]
+    most_directions: ClassVar[int]
+    reach: int
+    about: About
+
+    def shifts(self, domain: AbstractDomain) -> tuple[Array, Array, Array]:
+        """Return periods (3,), shifts of the exact images (image, 3), of the far ones (3, image).
+
+        Images are taken in a cube of lattice vectors about the nearest one.
+        """
+        lengths = domain.lengths
+        ranges = [range(-self.reach, self.reach + 1) if d > 0.0 else range(1) for d in lengths]
+        index = np.array(list(product(*ranges)), dtype=float)
+        exact = np.abs(index).max(axis=1) <= 1.0
+        shifts = index * lengths
+        return lengths, np.ascontiguousarray(shifts[exact]), np.ascontiguousarray(shifts[~exact].T)
+
+
+def _check(choice: AbstractImageSum) -> None:
+    checks.whole("reach", choice.reach, 1)
+    if choice.about not in ("midpoint", "centre_of_mass"):
+        raise InputError("about", "'midpoint' or 'centre_of_mass'", repr(choice.about))
+
+
 @dataclass(frozen=True)
-class ImageSum:
-    """The paper's approximate image sum.
+class ImageSum(AbstractImageSum):
+    """The paper's approximate image sum, for one periodic direction.
 
     Attributes
     ----------
@@ -37,21 +66,37 @@ class ImageSum:
     about: About = "midpoint"
     kind: ClassVar[str] = "images"
     citation: ClassVar[str] = "Tornberg & Shelley 2004, (41), (42)"
+    most_directions: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
-        checks.whole("reach", self.reach, 1)
-        if self.about not in ("midpoint", "centre_of_mass"):
-            raise InputError("about", "'midpoint' or 'centre_of_mass'", repr(self.about))
+        _check(self)
 
-    def shifts(self, domain: AbstractDomain) -> tuple[Array, Array, Array]:
-        """Return periods (3,), shifts of the exact images (image, 3), of the far ones (3, image).
 
-        In more than one periodic direction the sum is cut at a cube; it converges slowly and
-        depends on that shape.
-        """
-        lengths = domain.lengths
-        ranges = [range(-self.reach, self.reach + 1) if d > 0.0 else range(1) for d in lengths]
-        index = np.array(list(product(*ranges)), dtype=float)
-        exact = np.abs(index).max(axis=1) <= 1.0
-        shifts = index * lengths
-        return lengths, np.ascontiguousarray(shifts[exact]), np.ascontiguousarray(shifts[~exact].T)
+@dataclass(frozen=True)
+class TruncatedSum(AbstractImageSum):
+    """The same sum for two or three periodic directions, cut off at a cube of images.
+
+    The terms fall as the inverse square of the distance while their number grows as its first or
+    second power: the sum converges slowly, or only for the shape it is cut off at. Use it to
+    compare, not to rely on.
+
+    Attributes
+    ----------
+    reach
+        Images up to this number in each direction are included.
+    about
+        As for `ImageSum`.
+    """
+
+    reach: int = 2
+    about: About = "midpoint"
+    kind: ClassVar[str] = "truncated"
+    citation: ClassVar[str] = "Tornberg & Shelley 2004, (19), truncated"
+    most_directions: ClassVar[int] = 3
+
+    def __post_init__(self) -> None:
+        _check(self)
+
+
+IMAGE_SUMS: dict[str, type[AbstractImageSum]] = {s.kind: s for s in (ImageSum, TruncatedSum)}
+"""Image sums by the name a case file gives."""

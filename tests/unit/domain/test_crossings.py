@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support import assert_close
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.domain import Free, Periodic
 from stokesfibers.domain.crossings import find_crossings
 from stokesfibers.domain.neighbours import smallest_distance, within
+from support import assert_close
 
 S = np.linspace(-0.5, 0.5, 21)
 

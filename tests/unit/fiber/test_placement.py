@@ -6,13 +6,13 @@ from itertools import product
 
 import numpy as np
 import pytest
-from support import assert_close
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.segments import segment_distances
 from stokesfibers.fiber.orientation import Aligned, InPlane, Isotropic, VonMisesFisher
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.fiber.placement import Box, place_randomly
+from support import assert_close
 
 
 def test_segment_distances_equal_a_fine_search():

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support import assert_close, assert_negligible
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.domain import Free, Periodic
 from stokesfibers.load import LoadedState, StericRepulsion
+from support import assert_close, assert_negligible
 
 S = np.linspace(-0.5, 0.5, 41)
 RADII = np.array([0.01, 0.02])

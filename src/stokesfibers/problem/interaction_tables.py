@@ -1,0 +1,78 @@
+"""The tables of a case about many fibers: domain, images, close approach, tensions, load."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from stokesfibers.constraint.coupled import TENSION_SOLVERS, AbstractTensionSolver
+from stokesfibers.core.errors import InputError
+from stokesfibers.core.tables import Table, as_table, build, choose, refuse_unknown, to_table
+from stokesfibers.domain import DOMAINS, AbstractDomain
+from stokesfibers.load import LOADS, AbstractLoad
+from stokesfibers.problem.problem import Problem
+from stokesfibers.summation.close_approach import CLOSE_APPROACHES, AbstractCloseApproach
+from stokesfibers.summation.images import IMAGE_SUMS, AbstractImageSum
+
+_SUM_KEYS = ("sum", "reach", "about")
+_SOLVER_KEYS = ("solver", "tolerance", "most")
+CONSTRAINT_KEYS = ("beta", *_SOLVER_KEYS)
+
+
+def interaction_parts(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the arguments of `Problem` that concern several fibers."""
+    domain, image_sum = _domain(as_table(tables.get("domain", {}), "domain"))
+    model = as_table(tables.get("model", {}), "model")
+    return {
+        "domain": domain,
+        "image_sum": image_sum,
+        "close_approach": _close_approach(model),
+        "tension_solver": _solver(as_table(tables.get("constraint", {}), "constraint")),
+        "load": _load(as_table(tables.get("load", {"kind": "none"}), "load")),
+    }
+
+
+def interaction_tables(problem: Problem) -> dict[str, Table]:
+    """Return what `interaction_parts` reads, by the table it goes into."""
+    image_sum = to_table(problem.image_sum)
+    image_sum["sum"] = image_sum.pop("kind")
+    solver = to_table(problem.tension_solver)
+    solver["solver"] = solver.pop("kind")
+    domain = to_table(problem.domain)
+    return {
+        "domain": domain if domain["kind"] == "free" else domain | image_sum,
+        "model": {"close_approach": to_table(problem.close_approach)},
+        "constraint": solver,
+        "load": to_table(problem.load),
+    }
+
+
+def _domain(table: Table) -> tuple[AbstractDomain, AbstractImageSum]:
+    image_table = {key: table.pop(key) for key in _SUM_KEYS if key in table}
+    table.setdefault("kind", "free")
+    domain = choose(DOMAINS, table, "domain")
+    if image_table and domain.kind == "free":
+        raise InputError(f"domain.{next(iter(image_table))}", "nothing in free space", "a value")
+    name = image_table.pop("sum", "images")
+    if name not in IMAGE_SUMS:
+        raise InputError("domain.sum", f"one of {', '.join(IMAGE_SUMS)}", repr(name))
+    return domain, build(IMAGE_SUMS[name], image_table, "domain")
+
+
+def _close_approach(model: Table) -> AbstractCloseApproach:
+    where = "model.close_approach"
+    table = as_table(model.get("close_approach", {}), where)
+    return choose(CLOSE_APPROACHES, {"kind": "paper"} | table, where)
+
+
+def _solver(constraint: Table) -> AbstractTensionSolver:
+    refuse_unknown(constraint, CONSTRAINT_KEYS, "constraint")
+    table = {key: constraint[key] for key in _SOLVER_KEYS if key in constraint}
+    name = table.pop("solver", "fixed_point")
+    if name not in TENSION_SOLVERS:
+        raise InputError("constraint.solver", f"one of {', '.join(TENSION_SOLVERS)}", repr(name))
+    return build(TENSION_SOLVERS[name], table, "constraint")
+
+
+def _load(table: Table) -> AbstractLoad:
+    return choose(LOADS, table, "load")
