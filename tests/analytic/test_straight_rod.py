@@ -177,3 +177,23 @@ def test_penalisation_limits_the_step_to_two_thirds_of_its_time(beta, dt):
 
     assert length_error(0.97 * dt) < 5e-5
     assert length_error(1.08 * dt) > 1e-2
+
+
+def test_straight_rod_in_oscillating_shear_follows_45():
+    """cot(theta) = cot(theta_0) + int rate dt; after a period it is back where it began."""
+    angle, rate, frequency = 0.7 * np.pi, 2.0, 0.5
+    errors = []
+    for dt in (0.02, 0.01, 0.005):
+        flow = sf.OscillatoryShear(amplitude=rate, frequency=frequency)
+        engine = sf.PaperEngine(intervals=10, dt=dt, beta=20.0)
+        fiber = sf.Fiber(slenderness=1e-2)
+        case = sf.Problem(fiber, mu_bar=1e4, flow=flow, engine=engine)
+        found = []
+        for steps in (round(1.0 / dt), round(2.0 / dt)):
+            _, carry = advance(case, rod(angle, 10), steps)
+            ends = carry.x[0, :, -1] - carry.x[0, :, 0]
+            found.append(ends[0] / ends[1])
+        strain = rate / (2.0 * np.pi * frequency) * 2.0  # of half a period
+        expected = 1.0 / np.tan(angle) + np.array([strain, 0.0])
+        errors.append(np.abs(np.array(found) - expected).max())
+    assert_order(errors, between=(1.9, 2.1), final=2e-4)

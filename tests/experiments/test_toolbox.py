@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import quad, solve_ivp, trapezoid
 
 from stokesfibers.experiments import convergence, straight
 from stokesfibers.experiments.stable_dt import largest
@@ -68,7 +68,7 @@ def test_distance_refuses_grids_that_do_not_nest():
 
 def test_centred_points_have_their_trapezoidal_mean_at_the_origin():
     points = convergence.centred(_curve(10, 0.0) + np.array([3.0, -2.0, 1.0]))
-    mean = np.trapezoid(points, dx=0.1, axis=0)
+    mean = trapezoid(points, dx=0.1, axis=0)
     assert np.abs(mean).max() < 1e-14
     assert np.abs(points).max() > 0.4
 

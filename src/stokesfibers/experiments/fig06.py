@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 PRINTED = 579.3
 _TWICE = (
     "The printed number is twice the integral of (48): half of it, 289.65, lies within 0.3 % of "
-    "our extrapolated value. No other interval symmetric about the vertical gives it."
+    "our extrapolated value. On intervals symmetric about the vertical, the ones where the "
+    "straight filament gives 0, our integral never exceeds 291."
 )
 
 

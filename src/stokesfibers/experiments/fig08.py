@@ -146,7 +146,7 @@ def _at_the_end(at: xr.Dataset, name: str) -> list[Row]:
         Row(
             f"order p centred, {name}",
             float(at["order_centred"]),
-            1.97,
+            None if quick else 1.97,
             low,
             high,
             note="The paper does not say for which mu_bar.",

@@ -137,6 +137,7 @@ def check(data: xr.Dataset) -> Sequence[Row]:
                         factor,
                         "more than a factor of four",
                         low=3.0 if data.attrs["quick"] else 4.0,
+                        note="Coarser grids than the paper's." if data.attrs["quick"] else "",
                     )
                 )
     return [*rows, *_check_betas(data)]
