@@ -10,6 +10,9 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
+from stokesfibers.core import checks
+from stokesfibers.core.errors import InputError
+
 Task = Callable[[int], None]
 
 
@@ -20,10 +23,18 @@ class Workers:
     ----------
     threads
         Number of threads; None for all cores the process may use.
+
+    Raises
+    ------
+    InputError
+        If there are fewer cores.
     """
 
     def __init__(self, threads: int | None = None) -> None:
-        self.threads = threads or len(os.sched_getaffinity(0))
+        cores = len(os.sched_getaffinity(0))
+        if threads is not None and checks.whole("threads", threads, 1) > cores:
+            raise InputError("threads", f"at most {cores}, the cores of this machine", threads)
+        self.threads = threads or cores
         self._pool = ThreadPoolExecutor(self.threads) if self.threads > 1 else None
 
     def for_each(self, count: int, task: Task) -> None:

@@ -6,12 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from math import ceil
+from typing import Any
 
 import numpy as np
 
 from stokesfibers.constraint.coupled import TensionError
 from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
+from stokesfibers.domain.crossings import find_crossings
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.run.interrupt import Wish
 from stokesfibers.run.moment import snapshot
@@ -114,12 +116,14 @@ def _advance(
             return _flow_failed(stepper, carry, fault), None
         if not error < LARGEST_LENGTH_ERROR:
             return _blown_up(stepper, carry), None
+        found = find_crossings(carry.positions, ahead.positions, stepper.problem.domain)
+        recorder.note_crossings(found, report)
         carry = ahead
         recorder.step(carry, report)
         if goal.watch is not None:
             look = partial(snapshot, stepper, carry)
             goal.watch(Moment(report.time, goal.until, report.step_size, error, look))
-    return _done(stepper.time(carry.step), goal.until), carry
+    return _done(stepper.time(carry.step), goal.until, recorder.crossings), carry
 
 
 def length_error(carry: Carry, stepper: PaperStepper) -> float:
@@ -130,11 +134,21 @@ def length_error(carry: Carry, stepper: PaperStepper) -> float:
     return error if np.isfinite(error) and np.isfinite(carry.slow).all() else np.inf
 
 
-def _done(end: float, until: float) -> Status:
-    note = ""
+def _done(end: float, until: float, crossings: list[dict[str, Any]]) -> Status:
+    notes, hint = [], ""
     if end - until > _ROUNDING * until:
-        note = f"The step does not divide until = {until:g}; the run ended with the next step"
-    return Status("done", end, note)
+        notes.append(
+            f"The step does not divide until = {until:g}; the run ended with the next step"
+        )
+    if crossings:
+        first = crossings[0]
+        one, other = first["fibers"]
+        notes.append(
+            f"Fibers {one} and {other} passed through each other at t = {first['time']:.6g}"
+            f"; crossings in all: {len(crossings)}, listed in the attribute 'crossings'"
+        )
+        hint = "What follows a crossing is not physical; add a steric load or take a smaller step"
+    return Status("done", end, ". ".join(notes), hint)
 
 
 def _blown_up(stepper: PaperStepper, carry: Carry) -> Status:

@@ -36,6 +36,10 @@ class MemorySink:
         found = {key.split("/")[0]: sum(map(len, parts)) for key, parts in self._parts.items()}
         return {group: n for group, n in found.items() if n}
 
+    def set_attributes(self, attributes: Mapping[str, Any]) -> None:
+        """Set attributes of the run."""
+        self._attributes.update(attributes)
+
     def append(self, records: Records) -> None:
         """Add records, each array with a leading growing axis."""
         for key, values in records.items():

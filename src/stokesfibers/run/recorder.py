@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any, Protocol
 
 from stokesfibers.core.status import Status
+from stokesfibers.domain.crossings import Crossing
 from stokesfibers.io.checkpoint import Checkpoint
 from stokesfibers.run.layout import (
     OutputPoints,
@@ -22,6 +24,10 @@ from stokesfibers.stepping.report import StepReport
 
 class Sink(Protocol):
     """Where records go: a store on disk or memory."""
+
+    def set_attributes(self, attributes: Mapping[str, Any]) -> None:
+        """Set attributes of the run; they count from the next commit on."""
+        ...
 
     def append(self, records: Records) -> None:
         """Add records; they count from the next commit on."""
@@ -48,6 +54,8 @@ class Recorder:
     ----------
     committed
         Simulated time of the last commit.
+    crossings
+        Pairs of fibers that passed through each other, with the time.
     """
 
     def __init__(self, sink: Sink, stepper: PaperStepper, schedule: Schedule) -> None:
@@ -58,6 +66,7 @@ class Recorder:
         self._reports: list[StepReport] = []
         self._saved = 0.0  # time of the last checkpoint
         self.committed = 0.0
+        self.crossings: list[dict[str, Any]] = []
 
     def start(self, carry: Carry) -> None:
         """Record the initial state and commit it."""
@@ -82,6 +91,18 @@ class Recorder:
             self._sink.append(trajectory_records(moment, self._points))
             due = is_due(schedule.checkpoint_interval, self._saved, now)
             self.commit(carry if due else None, Status("running", now))
+
+    def recall(self, crossings: str, *, until: float) -> None:
+        """Take over the crossings that a stopped run had noted up to time `until`."""
+        self.crossings = [c for c in json.loads(crossings) if c["time"] <= until * (1.0 + 1e-9)]
+
+    def note_crossings(self, found: tuple[Crossing, ...], report: StepReport) -> None:
+        """Keep which fibers passed through each other in a step, and when."""
+        for c in found:
+            when = report.time - (1.0 - c.fraction) * report.step_size
+            self.crossings.append({"time": when, "fibers": [c.first, c.second]})
+        if found:
+            self._sink.set_attributes({"crossings": json.dumps(self.crossings)})
 
     def commit(self, carry: Carry | None, status: Status) -> None:
         """Commit all records, with `carry` as checkpoint unless None."""

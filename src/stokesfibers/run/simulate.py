@@ -15,12 +15,9 @@ import xarray as xr
 from threadpoolctl import threadpool_limits
 
 from stokesfibers.core import checks
-from stokesfibers.core.arrays import Positions
 from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
 from stokesfibers.core.tables import Table, choose, to_table
-from stokesfibers.fiber.curves import Curve
-from stokesfibers.fiber.initial import given
 from stokesfibers.fiber.initials import INITIALS
 from stokesfibers.fiber.parameters import RADIUS_PROFILE
 from stokesfibers.io.checkpoint import Checkpoint
@@ -36,9 +33,8 @@ from stokesfibers.run.memory import MemorySink
 from stokesfibers.run.moment import snapshot
 from stokesfibers.run.recorder import Recorder, Sink
 from stokesfibers.run.schedule import Schedule
+from stokesfibers.run.start import Initial, nodal_positions
 from stokesfibers.stepping.paper import Carry, PaperStepper
-
-Initial = Curve | tuple[Curve, ...] | np.ndarray
 
 
 @dataclass(frozen=True)
@@ -83,8 +79,7 @@ def simulate(
     problem
         The case.
     initial
-        A curve, one curve per fiber, or points of shape (fiber, point, 3) or (point, 3), which
-        are resampled by arclength.
+        A curve, one per fiber, or points (fiber, point, 3) or (point, 3), resampled by arclength.
     until
         Time to stop; the run ends with the first step that reaches it.
     record
@@ -178,6 +173,7 @@ def resume(
         if end > now:
             _note_resumption(store, case, end, now)
         recorder = Recorder(store, stepper, Schedule(**case["record"]))
+        recorder.recall(store.attributes.get("crossings", "[]"), until=now)
         fresh = not store.lengths["observables"]
         status = advance(recorder, stepper, carry, Goal(end, wish, watch), fresh=fresh)
     return Result(open_run(where), status, problem, where)
@@ -191,17 +187,6 @@ def stored_case(store: RunStore) -> Table:
         raise StoreError(
             str(store.path), "a run with its case", "one without", "It cannot be resumed."
         ) from None
-
-
-def nodal_positions(initial: Initial, problem: Problem) -> Positions:
-    """Return the initial positions at the engine's nodes, (fiber, node, space)."""
-    if isinstance(initial, np.ndarray):
-        initial = given(initial, problem.fibers, where="initial")
-    curves = initial if isinstance(initial, tuple) else (initial,)
-    if len(curves) != len(problem.fibers):
-        raise InputError("initial", f"{len(problem.fibers)} curves, one per fiber", len(curves))
-    sigma = np.linspace(0.0, 1.0, problem.engine.intervals + 1)
-    return np.stack([curve.at_fractions(sigma) for curve in curves])
 
 
 def _begin(

@@ -36,7 +36,24 @@ SETTINGS = [
     ("flow={kind='sum', flows=[{kind='sheer'}]}", "flow.flows[0].kind"),
     ("flow={kind='oscillatory_shear'}", "flow.frequency: expected a value"),
     ("engine='spectral'", "engine: expected 'paper'"),
-    ("domain.kind='periodic'", "domain.kind: expected 'free'"),
+    ("domain.kind='periodic'", "domain.periods: expected a value"),
+    (
+        "domain={kind='periodic', periods=[0.5, 0, 0]}",
+        "domain.periods: expected periods of at least",
+    ),
+    ("domain={kind='periodic', periods=[2, 2, 0]}", "domain.sum: expected 'truncated'"),
+    ("domain={kind='periodic', periods=[2, 0]}", "domain.periods: expected three"),
+    ("domain={kind='periodic', periods=[2, 0, 0], sum='fast'}", "domain.sum: expected one of"),
+    ("domain={kind='free', reach=3}", "domain.reach: expected nothing in free space"),
+    ("constraint.solver='magic'", "constraint.solver: expected one of"),
+    ("constraint.tolerance=0", "constraint.tolerance: expected"),
+    ("model.close_approach={kind='paper', d0=-1}", "model.close_approach.d0: expected"),
+    ("load={kind='steric', strength=1.0}", "load.range: expected a value"),
+    ("load={kind='gravitty'}", "load.kind: expected one of"),
+    ("initial={kind='suspension'}", "initial.box: expected three lengths"),
+    ("initial={kind='suspension', box=[1, 1, -1]}", "initial.box: expected three lengths above"),
+    ("initial={kind='suspension', box=[3, 3, 3], orientation='up'}", "orientation.kind: expected"),
+    ("initial={kind='lattice', cells=[2, 1, 1], box=[3, 3, 3]}", "initial.cells: expected three"),
     ("initial.kind='helix'", "initial.kind: expected one of"),
     ("model.mobility='local'", "model.mobility: expected nonlocal or local_drag"),
     # values out of range
@@ -47,7 +64,7 @@ SETTINGS = [
     ("fiber.rigidity=0.0", "fiber.rigidity: expected a finite number above zero"),
     ("fiber.slenderness=0.2232", "below 0.2231"),
     ("fiber.radius=0.3", "fiber.radius: expected a slenderness"),
-    ("fiber.count=2", "fiber.count: expected one fiber in all"),
+    ("fiber.count=2", "initial: expected fibers whose surfaces do not overlap"),
     ("flow.rate=nan", "flow.rate: expected a finite number"),
     ("initial.amplitude=nan", "initial.amplitude: expected a finite number"),
     ("discretization.intervals=7", "discretization.intervals: expected a whole number, 8 or more"),
@@ -315,5 +332,5 @@ def test_bad_command_lines_are_refused(words, fragment, invoke):
 
 def test_too_many_threads_are_refused(case, invoke):
     out = case.with_name("run.zarr")
-    assert_refused(invoke("run", case, "--out", out, "--threads", 100000), "--threads: expected")
+    assert_refused(invoke("run", case, "--out", out, "--threads", 100000), "threads: expected")
     assert not out.exists()

@@ -220,7 +220,9 @@ def test_shipped_cases_are_valid_and_not_doubtful(case_file, invoke):
     from stokesfibers.problem.checks import doubts
 
     case = load_case(case_file)
-    assert doubts(case.problem, case.plan()) == ()
+    found = {doubt.where for doubt in doubts(case.problem, case.plan())}
+    # the paper's own parameters of Figs. 10-13 are past the limit of its regularisation
+    assert found == ({"model.regularization"} if case_file.stem == "fig12" else set())
     assert invoke("cite", case_file).exit_code == 0
 
 

@@ -116,7 +116,10 @@ def test_defaults_are_spelled_out(file):
     assert tables["flow"] == {"kind": "shear", "rate": 1.0}
     assert tables["model"]["regularization"]["m"] == 2.0
     assert tables["record"] == {"positions_every": 0.02, "points": 11}
-    assert tables["constraint"] == {"beta": 20.0}
+    assert tables["constraint"]["beta"] == 20.0
+    assert tables["constraint"]["solver"] == "fixed_point"
+    assert tables["domain"] == {"kind": "free"}
+    assert tables["load"] == {"kind": "none"}
 
 
 def test_shape_is_the_papers_when_none_is_given(file):

@@ -1,0 +1,54 @@
+"""Where the fibers are at time 0: curves or points, at the engine's nodes, not overlapping."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stokesfibers.core.arrays import Positions
+from stokesfibers.core.errors import InputError
+from stokesfibers.domain.neighbours import smallest_distance, smallest_gap
+from stokesfibers.fiber.curves import Curve
+from stokesfibers.fiber.initial import given
+from stokesfibers.problem.problem import Problem
+
+Initial = Curve | tuple[Curve, ...] | np.ndarray
+
+
+def nodal_positions(initial: Initial, problem: Problem) -> Positions:
+    """Return the initial positions at the engine's nodes, (fiber, node, space).
+
+    Raises
+    ------
+    InputError
+        If there is not one curve per fiber, or if two fibers overlap.
+    """
+    if isinstance(initial, np.ndarray):
+        initial = given(initial, problem.fibers, where="initial")
+    curves = initial if isinstance(initial, tuple) else (initial,)
+    if len(curves) != len(problem.fibers):
+        raise InputError("initial", f"{len(problem.fibers)} curves, one per fiber", len(curves))
+    sigma = np.linspace(0.0, 1.0, problem.engine.intervals + 1)
+    positions = np.stack([curve.at_fractions(sigma) for curve in curves])
+    _refuse_overlap(positions, problem)
+    return positions
+
+
+def _refuse_overlap(positions: Positions, problem: Problem) -> None:
+    radii = np.stack(
+        [
+            2.0 * f.eps * f.length * np.sqrt(sigma * (1.0 - sigma))
+            for f in problem.fibers
+            for sigma in [np.linspace(0.0, 1.0, positions.shape[1])]
+        ]
+    )
+    gap = smallest_gap(positions, radii, problem.domain)
+    if gap > 0.0:
+        return
+    distance, first, second = smallest_distance(positions, problem.domain)
+    one, other = first // positions.shape[1], second // positions.shape[1]
+    raise InputError(
+        "initial",
+        "fibers whose surfaces do not overlap",
+        f"fibers {one} and {other} at a centreline distance of {distance:.3g}",
+        "Move them apart, or place them with kind = 'suspension' and a least_gap.",
+    )
