@@ -202,7 +202,7 @@ def test_doubt_reads_as_one_line_with_numbers_and_remedy():
         (NoFlow(), 0.0),
         (UserFlow(lambda x, _t: x * [-3.0, 1.0, 2.0]), 3.0),
     ],
-    ids=str,
+    ids=lambda value: getattr(value, "kind", str(value)),
 )
 def test_compressive_rate(flow, rate):
     assert compressive_rate(flow, 10.0) == pytest.approx(rate, abs=1e-6)
