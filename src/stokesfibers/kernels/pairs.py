@@ -17,9 +17,12 @@ _OPTIONS = {
     "error_model": "numpy",
     "fastmath": {"reassoc", "contract", "arcp", "nsz"},
 }
+# Parts are not cached: a kernel would be compiled with or without their code inlined, and round
+# differently, depending on what the cache held. Kernels are cached, with their parts inside.
+_PART = {**_OPTIONS, "cache": False}
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _term(rx, ry, rz, tx, ty, tz, fx, fy, fz, doublet):
     """Return the integrand of V + D W at one source point: R = target - source, x_s, F."""
     inverse2 = 1.0 / (rx * rx + ry * ry + rz * rz)
@@ -39,7 +42,7 @@ def _term(rx, ry, rz, tx, ty, tz, fx, fy, fz, doublet):
     )
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _trapezoid(px, py, pz, x, xs, force, h, doublet, near2):
     """Return the trapezoidal sum over one source and how many of its nodes are near."""
     n = x.shape[1]
@@ -68,7 +71,7 @@ def _trapezoid(px, py, pz, x, xs, force, h, doublet, near2):
     return h * ox, h * oy, h * oz, near
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _hermite(x, xs, h, j, xi, at):
     """Set at to the cubic Hermite point at fraction xi of interval j."""
     back = 1.0 - xi
@@ -78,7 +81,7 @@ def _hermite(x, xs, h, j, xi, at):
         at[d] = w0 * x[d, j] + w1 * x[d, j + 1] + t0 * xs[d, j] + t1 * xs[d, j + 1]
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _is_near(p, x, j, near2):
     r2 = 0.0
     for d in range(3):
@@ -86,7 +89,7 @@ def _is_near(p, x, j, near2):
     return r2 < near2
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _refined(p, x, xs, force, h, doublet, near2, parts, at, out):
     """Set out to the sum with intervals near the target cut in `parts`."""
     n = x.shape[1]
@@ -115,7 +118,7 @@ def _refined(p, x, xs, force, h, doublet, near2, parts, at, out):
             out[2] += weight * vz
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def nearest(p, x):
     """Return distance to a polygon (3, node), and interval and fraction of its nearest point."""
     best, interval, fraction = 1e300, 0, 0.0
@@ -134,7 +137,7 @@ def nearest(p, x):
     return np.sqrt(best), interval, fraction
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def blend_weight(distance, d0, smooth):
     """Return the share of the outer formula: 0 up to d0, 1 from 2 d0 on.
 
@@ -144,7 +147,7 @@ def blend_weight(distance, d0, smooth):
     return xi**3 * (10.0 + xi * (6.0 * xi - 15.0)) if smooth else xi
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _close(p, k, x, xs, force, h, doublet, close, centreline, at, out):
     """Set out to the velocity of source k at a target near it: refined, then blended."""
     near, parts, d0, smooth = close
@@ -158,7 +161,7 @@ def _close(p, k, x, xs, force, h, doublet, close, centreline, at, out):
             out[d] = w * out[d] + (1.0 - w) * own
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _far_images(rx, ry, rz, s, shifts):
     """Return the sum of - Rhat (3 Rhat.S.Rhat - tr S) / R^2 over R + shifts."""
     ox, oy, oz = 0.0, 0.0, 0.0
@@ -176,7 +179,7 @@ def _far_images(rx, ry, rz, s, shifts):
     return ox, oy, oz
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def nearest_lattice_shift(r, periods, shift):
     """Set shift to the lattice vector that brings r closest to zero; period 0 is a free axis."""
     for d in range(3):
@@ -252,7 +255,7 @@ def others_velocity(
     return out
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _tension_row(px, py, pz, x, xs, h, doublet, near2, row):
     """Set row (3, node) to the velocity at a point by unit tension at each node; return near nodes.
 
@@ -278,7 +281,7 @@ def _tension_row(px, py, pz, x, xs, h, doublet, near2, row):
     return near
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _close_tension_row(p, k, x, xs, h, doublet, close, tensile, at, fresh):
     """Set fresh (3, node) to the refined and blended counterpart of `_tension_row`."""
     near, parts, d0, smooth = close
@@ -323,7 +326,7 @@ def _close_tension_row(p, k, x, xs, h, doublet, close, tensile, at, fresh):
                 fresh[d, m] = w * fresh[d, m] + (1.0 - w) * own
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _far_tensor(rx, ry, rz, shifts, out):
     """Set out (3, 6) to the far images' velocity per entry xx, yy, zz, xy, xz, yz of S."""
     sx, sy, sz = 0.0, 0.0, 0.0

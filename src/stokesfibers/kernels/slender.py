@@ -19,9 +19,12 @@ _OPTIONS = {
     # Contraction and reassociation let the loops vectorise; NaN and infinity keep their meaning.
     "fastmath": {"reassoc", "contract", "arcp", "nsz"},
 }
+# Parts are not cached: a kernel would be compiled with or without their code inlined, and round
+# differently, depending on what the cache held. Kernels are cached, with their parts inside.
+_PART = {**_OPTIONS, "cache": False}
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _smooth_kernel(x_t, t_t, s_t, delta, self_node, x, s, g):
     """Fill g with the six components of G(s_t, s_k) of (32) at all nodes k."""
     n = s.size
@@ -45,7 +48,7 @@ def _smooth_kernel(x_t, t_t, s_t, delta, self_node, x, s, g):
             g[c, self_node] = 0.0
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _node_rows(i, x, xs, s, delta, hat, square, product, phi, g, rows):
     """Fill rows with the six components of the finite-part operator at node i, (node) weights."""
     n = s.size
@@ -115,7 +118,7 @@ def tensile_matrix(x, xs, xss, s, delta, hat, square, product, phi, a, b, d1):
     return out
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _times_fourth_difference(row, padded, d4, out):
     """Set out = row . D_4, using the five-point stencil inside and d4's own rows at the ends."""
     n = row.size
@@ -177,7 +180,7 @@ def evolution_matrix(x, xs, s, delta, hat, square, product, phi, a, b, factor, d
     return matrix.reshape(3 * n, 3 * n)
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _quadratic_basis(j):
     """Return first node and coefficients (3 nodes, 3 powers) of Q_2 on interval j."""
     tau = np.zeros((3, 3))
@@ -192,7 +195,7 @@ def _quadratic_basis(j):
     return j - 1, tau
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _tensile_polynomials(xs, xss, h):
     """Return (T x_s)_s on each interval as a cubic: (basis node, power, space, interval)."""
     count = xs.shape[1] - 1
@@ -211,7 +214,7 @@ def _tensile_polynomials(xs, xss, h):
     return poly
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _add_tensile_rows(p, poly, g, moments, phi_p, phi_0, xs, h, matrix):
     """Add - x_s . d/ds {K_delta[(T x_s)_s] + phi_0 ...} of half point p to rows p and p + 1.
 
@@ -265,7 +268,7 @@ def _add_tensile_rows(p, poly, g, moments, phi_p, phi_0, xs, h, matrix):
             high[j - 1 + m] += right[j]
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _bending_at_half_point(p, xs, xsss4, product, g, moments, phi_p, phi_0, out):
     """Fill out with I_1[x_ssss] (3) and the two scalars differentiated in (38), at half point p."""
     count = moments.shape[1]

@@ -16,9 +16,12 @@ _OPTIONS = {
     "error_model": "numpy",
     "fastmath": {"reassoc", "contract", "arcp", "nsz"},
 }
+# Parts are not cached: a kernel would be compiled with or without their code inlined, and round
+# differently, depending on what the cache held. Kernels are cached, with their parts inside.
+_PART = {**_OPTIONS, "cache": False}
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _centreline(x, xs, h, j, xi, out):
     """Set out to the cubic Hermite point at fraction xi of interval j."""
     back = 1.0 - xi
@@ -28,7 +31,7 @@ def _centreline(x, xs, h, j, xi, out):
         out[d] = w0 * x[d, j] + w1 * x[d, j + 1] + t0 * xs[d, j] + t1 * xs[d, j + 1]
 
 
-@njit(**_OPTIONS)
+@njit(**_PART)
 def _panels(point, x, h, j, most):
     """Return how many panels interval j needs, seen from the point."""
     near = 1e300
