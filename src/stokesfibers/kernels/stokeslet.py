@@ -16,9 +16,10 @@ _OPTIONS = {
     "error_model": "numpy",
     "fastmath": {"reassoc", "contract", "arcp", "nsz"},
 }
-# Parts are not cached: a kernel would be compiled with or without their code inlined, and round
-# differently, depending on what the cache held. Kernels are cached, with their parts inside.
-_PART = {**_OPTIONS, "cache": False}
+# Parts are inlined into the kernels and not cached by themselves. Otherwise a kernel fresh from the
+# compiler calls the part's own code, one from the cache the copy within it, and they round
+# differently.
+_PART = {**_OPTIONS, "cache": False, "forceinline": True}
 
 
 @njit(**_PART)
