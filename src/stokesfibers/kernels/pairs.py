@@ -144,6 +144,8 @@ def blend_weight(distance, d0, smooth):
 
     Linear in between as in the paper, or the C^2 step with ``smooth``.
     """
+    if d0 == 0.0:
+        return 1.0
     xi = min(1.0, max(0.0, distance / d0 - 1.0))
     return xi**3 * (10.0 + xi * (6.0 * xi - 15.0)) if smooth else xi
 
@@ -153,10 +155,12 @@ def _close(p, k, x, xs, force, h, doublet, close, centreline, at, out):
     """Set out to the velocity of source k at a target near it: refined, then blended."""
     near, parts, d0, smooth = close
     reach = near * h
-    _refined(p, x, xs, force, h, doublet, reach * reach, int(parts), at, out)
     distance, j, xi = nearest(p, x)
-    if distance < 2.0 * d0[k]:
-        w = blend_weight(distance, d0[k], smooth)
+    w = blend_weight(distance, d0[k], smooth)
+    out[:] = 0.0
+    if w > 0.0:  # within d_0 the outer formula is not needed, and at distance 0 not defined
+        _refined(p, x, xs, force, h, doublet, reach * reach, int(parts), at, out)
+    if w < 1.0:
         for d in range(3):
             own = (1.0 - xi) * centreline[k, d, j] + xi * centreline[k, d, j + 1]
             out[d] = w * out[d] + (1.0 - w) * own
@@ -187,34 +191,11 @@ def nearest_lattice_shift(r, periods, shift):
         shift[d] = -periods[d] * np.round(r[d] / periods[d]) if periods[d] > 0.0 else 0.0
 
 
-@njit(**_OPTIONS)
-def others_velocity(
+@njit(**_PART)
+def _others(
     points, middle, own, x, xs, force, h, doublet, images, close, centreline, moments, centres
 ):
-    """Return 8 pi mu times minus the velocity that all fibers but `own` induce at `points`.
-
-    Parameters
-    ----------
-    points
-        Targets, (point, 3), unwrapped.
-    middle
-        Where the target fiber is, (3,): the nearest image of each source is chosen for it, once for
-        all its points.
-    own
-        Index of the target fiber, whose image p = 0 is left out; -1 for points in the fluid.
-    x, xs, force
-        Sources, (fiber, 3, node); F as in (17).
-    h, doublet
-        Spacing and (eps L)^2 / 2 of each source, (fiber,).
-    images
-        (periods (3,), near shifts (image, 3), far shifts (3, image)).
-    close
-        (near, parts, d0 (fiber,), smooth): see `_close`.
-    centreline
-        Lambda f + K f of each source at its nodes, (fiber, 3, node).
-    moments, centres
-        S of (41), (fiber, 3, 3), and the point it is taken about, (fiber, 3).
-    """
+    """Return what `others_velocity` documents."""
     periods, near_shifts, far_shifts = images
     out = np.zeros(points.shape)
     shift, at, value, p = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
@@ -256,6 +237,63 @@ def others_velocity(
     return out
 
 
+@njit(**_OPTIONS)
+def others_velocity(
+    points, middle, own, x, xs, force, h, doublet, images, close, centreline, moments, centres
+):
+    """Return 8 pi mu times minus the velocity that all fibers but `own` induce at `points`.
+
+    Parameters
+    ----------
+    points
+        Targets, (point, 3), unwrapped.
+    middle
+        Where the target fiber is, (3,): the nearest image of each source is chosen for it, once for
+        all its points.
+    own
+        Index of the target fiber, whose image p = 0 is left out; -1 for points in the fluid.
+    x, xs, force
+        Sources, (fiber, 3, node); F as in (17).
+    h, doublet
+        Spacing and (eps L)^2 / 2 of each source, (fiber,).
+    images
+        (periods (3,), near shifts (image, 3), far shifts (3, image)).
+    close
+        (near, parts, d0 (fiber,), smooth): see `_close`.
+    centreline
+        Lambda f + K f of each source at its nodes, (fiber, 3, node).
+    moments, centres
+        S of (41), (fiber, 3, 3), and the point it is taken about, (fiber, 3).
+    """
+    return _others(
+        points, middle, own, x, xs, force, h, doublet, images, close, centreline, moments, centres
+    )
+
+
+@njit(**_OPTIONS)
+def fluid_velocity(points, x, xs, force, h, doublet, images, close, centreline, moments, centres):
+    """Return `others_velocity` at points of the fluid, each with its own nearest images."""
+    out = np.empty(points.shape)
+    for i in range(points.shape[0]):
+        one = points[i : i + 1]
+        out[i] = _others(
+            one,
+            points[i],
+            -1,
+            x,
+            xs,
+            force,
+            h,
+            doublet,
+            images,
+            close,
+            centreline,
+            moments,
+            centres,
+        )[0]
+    return out
+
+
 @njit(**_PART)
 def _tension_row(px, py, pz, x, xs, h, doublet, near2, row):
     """Set row (3, node) to the velocity at a point by unit tension at each node; return near nodes.
@@ -287,8 +325,10 @@ def _close_tension_row(p, k, x, xs, h, doublet, close, tensile, at, fresh):
     """Set fresh (3, node) to the refined and blended counterpart of `_tension_row`."""
     near, parts, d0, smooth = close
     near2 = (near * h) ** 2
+    distance, nearest_interval, fraction = nearest(p, x)
+    w = blend_weight(distance, d0[k], smooth)
     fresh[:] = 0.0
-    for j in range(x.shape[1] - 1):
+    for j in range(x.shape[1] - 1 if w > 0.0 else 0):
         cuts = int(parts) if _is_near(p, x, j, near2) or _is_near(p, x, j + 1, near2) else 1
         for q in range(cuts + 1):
             xi = q / cuts
@@ -318,9 +358,8 @@ def _close_tension_row(p, k, x, xs, h, doublet, close, tensile, at, fresh):
                     fresh[0, j + side] += weight * share * vx
                     fresh[1, j + side] += weight * share * vy
                     fresh[2, j + side] += weight * share * vz
-    distance, j, xi = nearest(p, x)
-    if distance < 2.0 * d0[k]:
-        w = blend_weight(distance, d0[k], smooth)
+    if w < 1.0:
+        j, xi = nearest_interval, fraction
         for d in range(3):
             for m in range(x.shape[1]):
                 own = (1.0 - xi) * tensile[k, d, j, m] + xi * tensile[k, d, j + 1, m]

@@ -1,25 +1,38 @@
-"""The fluid's velocity at any points, at one moment of a run: (5) plus the background flow."""
+"""The fluid's velocity at any points, at one moment of a run: (5) plus the background flow.
+
+A single fiber in free space is integrated to the surface. With several fibers or images the sums
+of the run itself are used: (17), (18), far images by moments, and the blend to a centreline's own
+velocity within 2 d_0 of it.
+"""
 
 from __future__ import annotations
 
+import numpy as np
+
 from stokesfibers.core.arrays import Points, as_float
 from stokesfibers.core.errors import InputError
+from stokesfibers.core.parallel import Workers
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.field import disturbance
+from stokesfibers.slender.suspension import Interaction, Scene
 
 
-def fluid_velocity(problem: Problem, snapshot: Snapshot, points: Points) -> Points:
-    """Return U at `points` of shape (..., 3), in units of length / time; NaN inside a fiber.
+def fluid_velocity(
+    problem: Problem, snapshot: Snapshot, points: Points, *, threads: int | None = None
+) -> Points:
+    """Return U at `points` of shape (..., 3), in units of length / time.
 
     Parameters
     ----------
     problem
-        Gives the background flow and the viscosity.
+        Gives the background flow, the viscosity and the domain.
     snapshot
         Shapes and tensions at one time.
     points
-        Where.
+        Where. Inside a single fiber in free space the velocity is NaN.
+    threads
+        Threads to use, None for all cores.
 
     Raises
     ------
@@ -29,11 +42,24 @@ def fluid_velocity(problem: Problem, snapshot: Snapshot, points: Points) -> Poin
     points = as_float(points)
     if points.shape[-1:] != (3,):
         raise InputError("points", "an array of shape (..., 3)", f"shape {points.shape}")
-    flat = points.reshape(-1, 3)
-    velocity = problem.flow.velocity(flat, snapshot.time)
-    for fiber, shape, tension in zip(
-        snapshot.fibers, snapshot.shapes, snapshot.tension, strict=True
-    ):
-        force = fiber.elastic_force(shape, tension)
-        velocity = velocity + disturbance(fiber, shape, force, flat) / problem.drag
+    flat = np.ascontiguousarray(points.reshape(-1, 3))
+    interaction = Interaction.build(
+        snapshot.fibers,
+        problem.domain,
+        image_sum=problem.image_sum,
+        close_approach=problem.close_approach,
+    )
+    if interaction.alone:
+        fiber, shape = snapshot.fibers[0], snapshot.shapes[0]
+        force = fiber.elastic_force(shape, snapshot.tension[0])
+        added = disturbance(fiber, shape, force, flat)
+    else:
+        scene = Scene(interaction, snapshot.shapes, Workers(threads))
+        tension = snapshot.tension
+        density = problem.load.density(snapshot.loaded).transpose(0, 2, 1)
+        centreline = scene.centreline_value(tension)
+        added = -scene.fluid(flat, scene.integrated_force(tension), centreline)
+        if density.any():
+            added += scene.fluid_loaded(flat, np.ascontiguousarray(density))
+    velocity = problem.flow.velocity(flat, snapshot.time) + added / problem.drag
     return velocity.reshape(points.shape)

@@ -19,6 +19,8 @@ from stokesfibers.slender.discrete import DiscreteFiber, Shape
 from stokesfibers.summation.close_approach import AbstractCloseApproach
 from stokesfibers.summation.images import AbstractImageSum
 
+_BLOCK = 64  # points handed to one thread at a time
+
 
 @dataclass(frozen=True)
 class Interaction:
@@ -222,18 +224,17 @@ class Scene:
         return out
 
     def fluid(self, points: Points, force: Array, centreline: Array) -> Points:
-        """Return what all fibers and images add at `points` (point, 3) in the fluid.
+        """Return what all fibers and images add to (6) at `points` (point, 3) in the fluid.
 
         Each point sees every fiber at its own nearest image.
         """
         moments = np.einsum("kan,kbn,n,k->kab", self._xs, force, self._weights, self._h)
         out = np.empty(points.shape)
 
-        def fill(i: int) -> None:
-            out[i] = kernels.others_velocity(
-                points[i : i + 1],
-                points[i],
-                -1,
+        def fill(block: int) -> None:
+            rows = slice(block * _BLOCK, (block + 1) * _BLOCK)
+            out[rows] = kernels.fluid_velocity(
+                points[rows],
                 self._x,
                 self._xs,
                 force,
@@ -244,10 +245,23 @@ class Scene:
                 centreline,
                 moments,
                 self._centres,
-            )[0]
+            )
 
-        self._workers.for_each(len(points), fill)
+        self._workers.for_each(-(-len(points) // _BLOCK), fill)
         return out
+
+    def fluid_loaded(self, points: Points, density: Array) -> Points:
+        """Return what a force per length g (fiber, 3, node) adds to the fluid at `points`."""
+        weights = self._weights * self._h[:, None]
+        periods, near, far = self._interaction.images
+        shifts = np.vstack([near, far.T])
+        rows = [
+            forces.forces_velocity(
+                p[None], p, -1, self._x, density, weights, self._doublet, periods, shifts
+            )
+            for p in points
+        ]
+        return np.concatenate(rows)
 
     def _tensile_matrices(self) -> Array:
         """Return the map from tensions to `centreline_value`, (fiber, 3, node, node)."""
