@@ -117,7 +117,7 @@ def test_shorter_end_then_longer(step, whole, tmp_path):
 def test_signal_before_the_first_step_leaves_a_run_to_resume(whole, tmp_path, monkeypatch):
     from stokesfibers.run import simulate as module
 
-    real = module.nodal_positions
+    real = module.first_carry
 
     def interrupted(*args):
         signal.raise_signal(signal.SIGINT)
@@ -125,7 +125,7 @@ def test_signal_before_the_first_step_leaves_a_run_to_resume(whole, tmp_path, mo
 
     out = tmp_path / "run.zarr"
     with monkeypatch.context() as patch:
-        patch.setattr(module, "nodal_positions", interrupted)
+        patch.setattr(module, "first_carry", interrupted)
         result = start(out)
     assert result.status.code == "interrupted"
     assert result.status.time == 0.0

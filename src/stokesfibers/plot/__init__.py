@@ -10,8 +10,11 @@ from collections.abc import Callable
 from typing import Any
 
 from stokesfibers.plot.health import health
+from stokesfibers.plot.orientation import order, orientation
+from stokesfibers.plot.perspective import perspective
 from stokesfibers.plot.series import energy, series, stress
 from stokesfibers.plot.shapes import shape_panels, shapes
+from stokesfibers.plot.slice import velocity_slice
 from stokesfibers.plot.style import new_axes, save, style
 from stokesfibers.plot.tension import tension
 
@@ -22,6 +25,9 @@ KINDS: dict[str, Callable[..., Any]] = {
     "stress": stress,
     "energy": energy,
     "health": health,
+    "3d": perspective,
+    "orientation": orientation,
+    "order": order,
 }
 """Kinds of figure of the command ``plot``, each a function of the run."""
 
@@ -30,6 +36,9 @@ __all__ = [
     "energy",
     "health",
     "new_axes",
+    "order",
+    "orientation",
+    "perspective",
     "save",
     "series",
     "shape_panels",
@@ -37,4 +46,5 @@ __all__ = [
     "stress",
     "style",
     "tension",
+    "velocity_slice",
 ]

@@ -8,6 +8,7 @@ import numpy as np
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot import select
+from stokesfibers.plot.case import mark_reversals
 from stokesfibers.plot.style import FAINT, INK, PALETTE, new_axes, style
 
 if TYPE_CHECKING:
@@ -24,7 +25,8 @@ def series(
     """Draw a scalar observable against time.
 
     An observable with one value per fiber gives one line per fiber, or, for more than 8 fibers,
-    the mean over the fibers and a band from the smallest to the largest.
+    the mean over the fibers and a band from the smallest to the largest. Reversals of an
+    oscillating shear are marked.
 
     Parameters
     ----------
@@ -69,8 +71,8 @@ def series(
     with style():
         draw_fibers(ax, data, array, first=0 if fiber is None else fiber)
         ax.set_ylabel(select.axis_label(variable))
-        _finish_time_axis(ax, data)
-        if fiber is not None or len(ax.get_legend_handles_labels()[0]) > 1:
+        marked = _finish_time_axis(ax, data)
+        if marked or fiber is not None or len(ax.get_legend_handles_labels()[0]) > 1:
             ax.legend()
     return ax
 
@@ -80,6 +82,7 @@ def stress(data: xr.DataTree, *, ax: Axes | None = None) -> Axes:
 
     They are parts of the extra stress (48): N_1 = Sigma_11 - Sigma_22 and Sigma_12. The second
     normal stress difference N_2 = Sigma_22 - Sigma_33 is added unless it is zero to rounding.
+    Reversals of an oscillating shear are marked.
 
     Parameters
     ----------
@@ -124,6 +127,8 @@ def stress(data: xr.DataTree, *, ax: Axes | None = None) -> Axes:
 
 def energy(data: xr.DataTree, *, ax: Axes | None = None) -> Axes:
     """Draw the elastic energy against time: all fibers together, and each of up to 7 fibers.
+
+    Reversals of an oscillating shear are marked.
 
     Parameters
     ----------
@@ -198,6 +203,9 @@ def draw_fibers(ax: Axes, data: xr.DataTree, array: xr.DataArray, first: int = 0
         ax.plot(time, mean, color=PALETTE[0], label=f"mean of {lines.shape[1]}")
 
 
-def _finish_time_axis(ax: Axes, data: xr.DataTree) -> None:
+def _finish_time_axis(ax: Axes, data: xr.DataTree) -> bool:
+    """Mark flow reversals, label and fit the time axis; return whether there are marks."""
+    marked = mark_reversals(ax, data, select.numbers(data, "observables", "time"))
     ax.set_xlabel(select.axis_label(select.describe(data, "observables", "time")))
     ax.margins(x=0.0)
+    return marked

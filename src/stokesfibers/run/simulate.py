@@ -33,7 +33,7 @@ from stokesfibers.run.memory import MemorySink
 from stokesfibers.run.moment import snapshot
 from stokesfibers.run.recorder import Recorder, Sink
 from stokesfibers.run.schedule import Schedule
-from stokesfibers.run.start import Initial, nodal_positions
+from stokesfibers.run.start import Initial, first_carry, nodal_positions
 from stokesfibers.stepping.paper import Carry, PaperStepper
 
 
@@ -108,7 +108,7 @@ def simulate(
     checks.positive("until", until)
     with reproducible(), stop_on_signal() as wish:
         stepper = PaperStepper(problem, threads)
-        carry = stepper.init(nodal_positions(initial, problem))
+        carry = first_carry(stepper, initial)
         arrays = layout(snapshot(stepper, carry), OutputPoints(record.points))
         attributes = _attributes(problem, until, record, case)
         goal = Goal(until, wish, watch)
@@ -237,9 +237,7 @@ def _restarted(store: RunStore, stepper: PaperStepper, problem: Problem, case: T
         )
     initial = choose(INITIALS, case["initial"], "initial")
     store.truncate(dict.fromkeys(store.lengths, 0))
-    return stepper.init(
-        nodal_positions(initial.curves(problem.fibers, problem.domain.lengths), problem)
-    )
+    return first_carry(stepper, initial.curves(problem.fibers, problem.domain.lengths))
 
 
 def _note_resumption(store: RunStore, case: Table, until: float, now: float) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from stokesfibers.constraint.coupled import TensionError
 from stokesfibers.core.arrays import Positions
 from stokesfibers.core.errors import InputError
 from stokesfibers.domain.neighbours import smallest_distance, smallest_gap
 from stokesfibers.fiber.curves import Curve
 from stokesfibers.fiber.initial import given
 from stokesfibers.problem.problem import Problem
+from stokesfibers.stepping.paper import Carry, PaperStepper
 
 Initial = Curve | tuple[Curve, ...] | np.ndarray
 
@@ -31,6 +33,25 @@ def nodal_positions(initial: Initial, problem: Problem) -> Positions:
     positions = np.stack([curve.at_fractions(sigma) for curve in curves])
     _refuse_overlap(positions, problem)
     return positions
+
+
+def first_carry(stepper: PaperStepper, initial: Initial) -> Carry:
+    """Return the carry at time 0.
+
+    Raises
+    ------
+    InputError
+        For unusable shapes, or if no tensions can be found for them.
+    """
+    try:
+        return stepper.init(nodal_positions(initial, stepper.problem))
+    except TensionError as fault:
+        raise InputError(
+            "initial",
+            "shapes whose tensions can be found",
+            str(fault),
+            "Set constraint.solver = 'krylov' or a larger constraint.tolerance.",
+        ) from None
 
 
 def _refuse_overlap(positions: Positions, problem: Problem) -> None:

@@ -1,0 +1,88 @@
+"""What a figure needs of the case stored with a run: the cell's periods, and flow reversals."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stokesfibers.core.errors import InputError
+from stokesfibers.plot.style import FAINT
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+_MOST_MARKS = 40  # more reversals than this would fill the axes
+
+
+def stored_case(data: xr.DataTree) -> Mapping[str, Any]:
+    """Return the tables of the run's resolved case; empty if it was stored without one.
+
+    Raises
+    ------
+    InputError
+        If what is stored is no case.
+    """
+    held: Any = data.attrs.get("case", "{}")
+    try:
+        case = json.loads(held)
+    except (TypeError, json.JSONDecodeError):
+        case = None
+    if not isinstance(case, dict):
+        raise InputError("case", "tables written as JSON", str(held)[:60])
+    return case
+
+
+def periods(data: xr.DataTree) -> NDArray[np.float64]:
+    """Return the periods of the cell, (3,), zero in free directions. The cell starts at 0."""
+    domain = stored_case(data).get("domain", {})
+    return np.asarray(domain.get("periods", (0.0, 0.0, 0.0)), dtype=np.float64)
+
+
+def reversals(data: xr.DataTree, first: float, last: float) -> NDArray[np.float64]:
+    """Return the times strictly between `first` and `last` when the flow changes its sign.
+
+    The oscillating shear sin(2 pi frequency t) y does so every half period, at
+    t = k / (2 frequency). Other flows give none.
+    """
+    flow = stored_case(data).get("flow", {})
+    if flow.get("kind") != "oscillatory_shear":
+        return np.empty(0)
+    half = 0.5 / float(flow["frequency"])
+    # A record at a reversal is off by rounding; a mark on the frame tells nothing.
+    slack = 1e-9 * half
+    low = np.floor((first + slack) / half) + 1
+    high = np.ceil((last - slack) / half) - 1
+    return half * np.arange(low, high + 1)
+
+
+def mark_reversals(ax: Axes, data: xr.DataTree, time: NDArray[np.float64]) -> bool:
+    """Draw a thin dashed vertical line at each flow reversal; return whether there are any.
+
+    Parameters
+    ----------
+    ax
+        Axes with time on the horizontal axis.
+    data
+        The stored run.
+    time : (n,)
+        Times drawn; only reversals between the first and the last are marked, and none if there
+        are more than 40.
+    """
+    marks = reversals(data, float(time[0]), float(time[-1]))
+    if not 0 < len(marks) <= _MOST_MARKS:
+        return False
+    for number, mark in enumerate(marks):
+        ax.axvline(
+            mark,
+            color=FAINT,
+            linewidth=0.5,
+            linestyle=(0, (5, 3)),
+            zorder=0,
+            label="" if number else "flow reverses",
+        )
+    return True

@@ -1,0 +1,145 @@
+"""Orientation of a suspension: angles to the flow direction, and the orientation tensor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stokesfibers.core.errors import InputError
+from stokesfibers.plot import select
+from stokesfibers.plot.case import mark_reversals
+from stokesfibers.plot.style import FAINT, INK, PALETTE, new_axes, style, time_colours
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+_FEWEST_BINS, _MOST_BINS = 4, 18
+_ROUNDING = 1e-9
+
+
+def orientation(
+    data: xr.DataTree, *, times: ArrayLike | None = None, ax: Axes | None = None
+) -> Axes:
+    """Draw the distribution of the angle between end-to-end vectors and the flow direction x.
+
+    A fiber has no head, so the angle theta lies between 0 (along the flow) and pi/2. The
+    histogram is a density: its integral over theta is 1. Fibers turned every way alike have
+    the density sin(theta), drawn dashed. The number of bins is 2 n^(1/3) for n fibers.
+
+    Parameters
+    ----------
+    data
+        The stored run.
+    times
+        Times to draw; the nearest stored record stands for each. Default: the first and the last.
+    ax
+        Axes to draw on; default those of a new figure.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        If a time lies outside the stored range, or no end-to-end vector has a length.
+    """
+    stored = select.numbers(data, "trajectory", "time")
+    asked = [stored[0], stored[-1]] if times is None else times
+    records = select.pick_records(data, asked)
+    angles = _angles(data, records)
+    count = angles.shape[1]
+    bins = int(np.clip(round(2.0 * count ** (1.0 / 3.0)), _FEWEST_BINS, _MOST_BINS))
+    edges = np.linspace(0.0, 0.5 * np.pi, bins + 1)
+    colours = time_colours(stored[records]) if len(records) > 1 else [PALETTE[0]]
+    symbol = select.describe(data, "trajectory", "time").symbol
+    if ax is None:
+        ax = new_axes()
+    with style():
+        theta = np.linspace(0.0, 0.5 * np.pi, 101)
+        for line, time, colour in zip(angles, stored[records], colours, strict=True):
+            density, _ = np.histogram(line[np.isfinite(line)], edges, density=True)
+            ax.stairs(density, edges, color=colour, linewidth=1.0, label=f"${symbol} = {time:.6g}$")
+        ax.plot(
+            theta, np.sin(theta), color=INK, linewidth=0.8, linestyle="--", label=r"$\sin\theta$"
+        )
+        ax.set_xlim(0.0, 0.5 * np.pi)
+        ax.set_ylim(bottom=0.0)
+        ax.set_xticks(
+            np.pi * np.arange(5) / 8, ["$0$", r"$\pi/8$", r"$\pi/4$", r"$3\pi/8$", r"$\pi/2$"]
+        )
+        ax.set_xlabel(r"angle to the flow direction $\theta$")
+        ax.set_ylabel("density of fibers")
+        title = "1 fiber" if count == 1 else f"{count} fibers"
+        ax.legend(title=title, loc="upper left", bbox_to_anchor=(1.0, 1.0), alignment="left")
+    return ax
+
+
+def order(data: xr.DataTree, ax: Axes | None = None) -> Axes:
+    """Draw the components of the orientation tensor against time.
+
+    The tensor is the mean over fibers of p p, p the unit end-to-end vector. Its diagonal is
+    drawn solid, and dashed what is off it and not zero to rounding; 1/3 is the diagonal of
+    fibers turned every way alike. Flow reversals are marked.
+
+    Parameters
+    ----------
+    data
+        The stored run.
+    ax
+        Axes to draw on; default those of a new figure.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        If the run does not hold the orientation tensor.
+    """
+    tensor = select.values(
+        select.read(data, "observables", "orientation_tensor").transpose("time", "i", "j")
+    )
+    time = select.numbers(data, "observables", "time")
+    if ax is None:
+        ax = new_axes()
+    with style():
+        ax.axhline(0.0, color=FAINT, linewidth=0.5, zorder=0)
+        ax.axhline(1.0 / 3.0, color=FAINT, linewidth=0.6, linestyle=":", zorder=0)
+        for number, (i, j) in enumerate([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]):
+            line = tensor[:, i, j]
+            if i != j and not np.nanmax(np.abs(line), initial=0.0) > _ROUNDING:
+                continue
+            ax.plot(
+                time,
+                line,
+                color=PALETTE[number],
+                linestyle="-" if i == j else (0, (4, 1.5)),
+                linewidth=1.0 if i == j else 0.8,
+                label=rf"$\langle p_{'xyz'[i]} p_{'xyz'[j]} \rangle$",
+            )
+        mark_reversals(ax, data, time)
+        ax.set_xlabel(select.axis_label(select.describe(data, "observables", "time")))
+        ax.set_ylabel(select.axis_label(select.describe(data, "observables", "orientation_tensor")))
+        ax.margins(x=0.0)
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return ax
+
+
+def _angles(data: xr.DataTree, records: select.Records) -> NDArray[np.float64]:
+    """Return the angle of each end-to-end vector to the x axis, (record, fiber), NaN without."""
+    array = select.read(data, "trajectory", "position").isel(time=records)
+    ends = array.isel(node=[0, -1]).transpose("node", "time", "fiber", "space")
+    first, last = select.values(ends)
+    across = np.hypot(last[..., 1] - first[..., 1], last[..., 2] - first[..., 2])
+    along = np.abs(last[..., 0] - first[..., 0])
+    angles = np.where(across + along > 0.0, np.arctan2(across, along), np.nan)
+    if not np.isfinite(angles).any(axis=1).all():
+        raise InputError(
+            "trajectory.position", "fibers whose ends lie apart", "none in one of these records"
+        )
+    return angles

@@ -1,0 +1,265 @@
+"""A snapshot of all fibers in three dimensions, in their periodic cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import combinations, product
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stokesfibers.core.errors import InputError
+from stokesfibers.core.variables import Variable
+from stokesfibers.plot import select
+from stokesfibers.plot.case import periods
+from stokesfibers.plot.style import FAINT, INK, PAGE, PALETTE, style
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+
+Floats = NDArray[np.float64]
+
+_ELEVATION, _AZIMUTH = 18.0, -62.0
+_LINE, _HALO = 1.9, 3.4  # widths in points
+_BEHIND = (
+    0.03  # how far behind its line lies the white rim that parts crossing fibers, of all depth
+)
+_COMPRESSED_TO_STRETCHED = ("#08408A", "#3C8CCB", "#B9B9B9", "#E8743B", "#A31A0E")
+
+
+@dataclass(frozen=True)
+class _Scale:
+    """What the colour shows: values at the nodes (fiber, node), their map, and their label."""
+
+    values: Floats
+    mappable: ScalarMappable
+    label: str
+
+
+def perspective(
+    data: xr.DataTree,
+    *,
+    time: float | None = None,
+    colour: Literal["tension", "curvature"] | None = "tension",
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw all fibers at one time in perspective: x to the right, y up, with equal scales.
+
+    Fibers are shown whole, each shifted by periods so that its middle node lies in the cell, which
+    starts at 0. The box is the cell in periodic directions, whose faces are shaded, and what
+    the fibers fill in free ones. Its edges are labelled with their lengths. What lies in front
+    is found for the present direction of view.
+
+    Parameters
+    ----------
+    data
+        The stored run.
+    time
+        Time to draw; the nearest stored record stands for it. Default: the last.
+    colour
+        What the colour shows: the line tension T, in a map centred at 0 (negative, blue:
+        compressed); the curvature, by finite differences of the positions; None for one colour.
+    ax
+        Axes with ``projection="3d"`` to draw on; default those of a new figure.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        If the time lies outside the stored range, the colour is none of these, the axes are flat
+        or the positions are not finite.
+    """
+    stored = select.numbers(data, "trajectory", "time")
+    record = int(select.pick_records(data, [stored[-1] if time is None else time])[0])
+    array = select.read(data, "trajectory", "position").isel(time=record)
+    position = select.values(array.transpose("fiber", "node", "space"))
+    if not np.isfinite(position).all():
+        raise InputError("trajectory.position", "finite positions", "others in this record")
+    lengths = periods(data)
+    points = wrapped(position, lengths)
+    box = _box(points, lengths)
+    scale = _scale(data, record, position, colour)
+    if ax is None:
+        ax = _new_axes_3d(box)
+    elif ax.name != "3d":
+        raise InputError("ax", 'axes with projection="3d"', f"axes with projection {ax.name!r}")
+    solid: Any = ax  # a type of its own would need mplot3d when this module is imported
+    with style():
+        solid.set(xlim=box[0], ylim=box[1], zlim=box[2])
+        solid.set_box_aspect(box[:, 1] - box[:, 0], zoom=1.15)
+        solid.set_axis_off()
+        solid.computed_zorder = False  # the box stays behind the fibers, whatever the view
+        _draw_box(solid, box, lengths)
+        unit = select.unit_text(select.describe(data, "trajectory", "position"))
+        _label_edges(solid, box, lengths, unit)
+        _draw_fibers(solid, points, scale)
+        symbol = select.describe(data, "trajectory", "time").symbol
+        solid.set_title(f"${symbol} = {stored[record]:.6g}$", y=1.0)
+        if scale is not None:
+            bar = solid.figure.colorbar(
+                scale.mappable, ax=solid, shrink=0.62, aspect=22, pad=0.02, fraction=0.05
+            )
+            bar.set_label(scale.label)
+            bar.outline.set_linewidth(0.4)
+    return ax
+
+
+def wrapped(position: Floats, lengths: Floats) -> Floats:
+    """Return whole fibers shifted by periods so that their middle nodes lie in the cell.
+
+    Parameters
+    ----------
+    position : (fiber, node, 3)
+    lengths : (3,)
+        Periods, 0 in free directions; the cell is 0 <= x < period.
+    """
+    middle = position[:, position.shape[1] // 2]
+    period = np.where(lengths > 0.0, lengths, 1.0)
+    shift = np.where(lengths > 0.0, -np.floor(middle / period) * period, 0.0)
+    return position + shift[:, None, :]
+
+
+def curvature(position: Floats) -> Floats:
+    """Return the curvature at the nodes, (fiber, node), of centrelines (fiber, node, 3).
+
+    It is one over the radius of the circle through a node and its neighbours, which is second
+    order in the spacing, and zero at the ends: a free end carries no moment.
+    """
+    back, ahead = np.diff(position, axis=1)[:, :-1], np.diff(position, axis=1)[:, 1:]
+    area = np.linalg.norm(np.cross(back, ahead), axis=-1)
+    sides = np.prod([np.linalg.norm(v, axis=-1) for v in (back, ahead, back + ahead)], axis=0)
+    inner = 2.0 * area / np.where(sides > 0.0, sides, np.inf)
+    return np.pad(inner, ((0, 0), (1, 1)))
+
+
+def _scale(data: xr.DataTree, record: int, position: Floats, colour: str | None) -> _Scale | None:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LinearSegmentedColormap, Normalize
+
+    if colour is None:
+        return None
+    if colour == "tension":
+        array = select.read(data, "trajectory", "tension").isel(time=record)
+        values = select.values(array.transpose("fiber", "node"))
+        most = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
+        colours = LinearSegmentedColormap.from_list("tension", _COMPRESSED_TO_STRETCHED)
+        label = select.axis_label(select.describe(data, "trajectory", "tension"))
+        return _Scale(values, ScalarMappable(Normalize(-most, most), colours), label)
+    if colour == "curvature":
+        values = curvature(position)
+        most = float(np.max(values, initial=0.0)) or 1.0
+        colours = _seen_on_white()
+        largest = select.describe(data, "observables", "largest_curvature")
+        label = select.axis_label(_local(largest))
+        return _Scale(values, ScalarMappable(Normalize(0.0, most), colours), label)
+    raise InputError("colour", '"tension", "curvature" or None', colour)
+
+
+def _local(largest: Variable) -> Variable:
+    """Return the curvature along a fiber, with the unit of the largest one."""
+    return replace(largest, name="curvature", symbol=r"\kappa", meaning="curvature")
+
+
+def _seen_on_white() -> Any:
+    """Return viridis from light to dark, without the lightest part: bends stand out."""
+    import matplotlib
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(matplotlib.colormaps["viridis_r"](np.linspace(0.12, 1.0, 256)))
+
+
+def _box(points: Floats, lengths: Floats) -> Floats:
+    """Return the limits (3, 2): the cell where periodic, what the fibers fill where free."""
+    low, high = points.min(axis=(0, 1)), points.max(axis=(0, 1))
+    least = 0.3 * max(float(np.max(high - low)), float(np.max(lengths)))
+    centre, half = 0.5 * (low + high), 0.5 * np.maximum(high - low, least or 1.0)
+    periodic = lengths > 0.0
+    return np.stack(
+        [np.where(periodic, 0.0, centre - half), np.where(periodic, lengths, centre + half)], axis=1
+    )
+
+
+def _new_axes_3d(box: Floats) -> Axes:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    span = box[:, 1] - box[:, 0]
+    height = float(np.clip(PAGE * 0.8 * (span[1] + 0.35 * span[2]) / (span[0] + span[2]), 2.6, 5.5))
+    with style():
+        figure = Figure(figsize=(0.75 * PAGE, height), layout="constrained")
+        FigureCanvasAgg(figure)
+        solid: Any = figure.add_subplot(projection="3d")
+        solid.set_proj_type("persp", focal_length=1.2)
+        solid.view_init(elev=_ELEVATION, azim=_AZIMUTH, vertical_axis="y")
+    return solid
+
+
+def _draw_box(solid: Any, box: Floats, lengths: Floats) -> None:
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+
+    corners = np.array(list(product(*box)))
+    edges = [(a, b) for a, b in combinations(corners, 2) if np.count_nonzero(a != b) == 1]
+    lines = Line3DCollection(edges, colors=FAINT, linewidths=0.5)
+    lines.set_zorder(1)
+    solid.add_collection3d(lines)
+    for direction in np.flatnonzero(lengths > 0.0):
+        first, second = (d for d in range(3) if d != direction)
+        for side in box[direction]:
+            face = np.empty((4, 3))
+            face[:, direction] = side
+            face[:, first] = box[first][[0, 1, 1, 0]]
+            face[:, second] = box[second][[0, 0, 1, 1]]
+            shade = Poly3DCollection([face], facecolors=INK, alpha=0.05, linewidths=0.0)
+            shade.set_zorder(1)
+            solid.add_collection3d(shade)
+
+
+def _label_edges(solid: Any, box: Floats, lengths: Floats, unit: str) -> None:
+    """Write each direction and its extent beside one edge of the box."""
+    span, centre = box[:, 1] - box[:, 0], box.mean(axis=1)
+    gap = 0.06 * float(np.max(span))
+    # The front lower edge, the left front edge, the right lower edge.
+    low, high = box[:, 0], box[:, 1]
+    places = (
+        (centre[0], low[1] - gap, high[2] + gap),
+        (low[0] - gap, centre[1], high[2]),
+        (high[0] + gap, low[1] - gap, centre[2]),
+    )
+    for direction, place in enumerate(places):
+        word = "period" if lengths[direction] > 0.0 else "extent"
+        end = ("center", "right", "left")[direction]
+        text = f"${'xyz'[direction]}$, {word}\n{span[direction]:.3g}{unit}"
+        solid.text(*place, text, ha=end, va="center", fontsize=7.5)
+
+
+def _draw_fibers(solid: Any, points: Floats, scale: _Scale | None) -> None:
+    """Draw the segments from back to front, each with a white rim a little behind it."""
+    from matplotlib.colors import to_rgba
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+    from mpl_toolkits.mplot3d.proj3d import proj_transform
+
+    segments = np.stack([points[:, :-1], points[:, 1:]], axis=2).reshape(-1, 2, 3)
+    if scale is None:
+        colours = np.tile(to_rgba(PALETTE[0]), (len(segments), 1))
+    else:
+        middle = 0.5 * (scale.values[:, :-1] + scale.values[:, 1:])
+        colours = scale.mappable.to_rgba(middle.ravel())
+    depth = np.asarray(proj_transform(*segments.mean(axis=1).T, solid.get_proj())[2])
+    keys = np.concatenate([depth + _BEHIND * np.ptp(depth), depth])
+    back_to_front = np.argsort(-keys, kind="stable")
+    widths = np.repeat([_HALO, _LINE], len(segments))
+    white = np.ones_like(colours)
+    lines = Line3DCollection(
+        np.concatenate([segments, segments])[back_to_front],
+        colors=np.concatenate([white, colours])[back_to_front],
+        linewidths=widths[back_to_front],
+        capstyle="round",
+    )
+    lines.set_zorder(2)
+    solid.add_collection3d(lines, autolim=False)
