@@ -26,6 +26,7 @@ lint: $(STAMP)-dev
 
 bench: $(STAMP)-dev
 	$(BIN)/python benchmarks/step.py
+	$(BIN)/python benchmarks/suspension.py
 
 $(STAMP): pyproject.toml
 	test -d .venv || $(PYTHON) -m venv .venv

@@ -73,5 +73,5 @@ def check(data: xr.Dataset) -> Sequence[Row]:
             note="At least the spacing of the nodes.",
         ),
         Row("elastic energy of the straighter shape over the largest", share[1], None, 0.15, 0.35),
-        Row("end-to-end distance of the straighter shape", ends[1], None, ends[0], 1.0),
+        Row("end-to-end distance of the straighter shape", ends[1], None, float(ends[0]), 1.0),
     ]

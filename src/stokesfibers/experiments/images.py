@@ -273,7 +273,7 @@ def draw_errors(data: xr.Dataset, names: Sequence[str]) -> Figure:
     """Draw the errors of the named sums against y, one panel per line of test points."""
     from stokesfibers.plot.style import PAGE, PALETTE, new_panels, style
 
-    axes = new_panels(1, len(LINES), width=PAGE, height=2.1)[0]
+    axes = new_panels(1, len(LINES), width=PAGE, height=2.3)[0]
     bent = data.sel(filament="bent", period=PERIODS[0])
     dashes = ("-", (0, (4, 2)), (0, (1, 1.2)))
     with style():
@@ -283,8 +283,9 @@ def draw_errors(data: xr.Dataset, names: Sequence[str]) -> Figure:
                 ax.plot(HEIGHTS, values, color=colour, linestyle=dash, label=LABELS[name])
             finish_panel(ax, line)
         axes[0].set_ylabel("relative error, %")
-        axes[0].legend(loc="upper left", bbox_to_anchor=(0.0, 1.0))
-    return axes[0].figure
+        drawn = axes[0].figure
+        drawn.legend(handles=axes[0].get_lines(), loc="outside upper center", ncols=len(names))
+    return drawn
 
 
 def finish_panel(ax: Any, line: float) -> None:

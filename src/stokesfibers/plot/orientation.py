@@ -60,9 +60,12 @@ def orientation(
         ax = new_axes()
     with style():
         theta = np.linspace(0.0, 0.5 * np.pi, 101)
-        for line, time, colour in zip(angles, stored[records], colours, strict=True):
+        # Thinner from one time to the next, so that none hides another where they agree.
+        widths = np.linspace(2.6, 1.0, len(records)) if len(records) > 1 else [1.2]
+        for line, time, colour, width in zip(angles, stored[records], colours, widths, strict=True):
             density, _ = np.histogram(line[np.isfinite(line)], edges, density=True)
-            ax.stairs(density, edges, color=colour, linewidth=1.0, label=f"${symbol} = {time:.6g}$")
+            label = f"${symbol} = {time:.6g}$"
+            ax.stairs(density, edges, baseline=None, color=colour, linewidth=width, label=label)
         ax.plot(
             theta, np.sin(theta), color=INK, linewidth=0.8, linestyle="--", label=r"$\sin\theta$"
         )

@@ -22,11 +22,12 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-_ELEVATION, _AZIMUTH = 18.0, -62.0
+_ELEVATION, _AZIMUTH = 16.0, 24.0
+_FILLED = 0.39  # half the width that the corners take of the axes' own
 _LINE, _HALO = 1.9, 3.4  # widths in points
-_BEHIND = (
-    0.03  # how far behind its line lies the white rim that parts crossing fibers, of all depth
-)
+# How far behind its line lies the white rim that parts crossing fibers, of the whole depth; far
+# enough that it hides no neighbour on a fiber seen from its end.
+_BEHIND = 0.15
 _COMPRESSED_TO_STRETCHED = ("#08408A", "#3C8CCB", "#B9B9B9", "#E8743B", "#A31A0E")
 
 
@@ -91,8 +92,11 @@ def perspective(
         raise InputError("ax", 'axes with projection="3d"', f"axes with projection {ax.name!r}")
     solid: Any = ax  # a type of its own would need mplot3d when this module is imported
     with style():
-        solid.set(xlim=box[0], ylim=box[1], zlim=box[2])
-        solid.set_box_aspect(box[:, 1] - box[:, 0], zoom=1.15)
+        # Whole fibers may reach out of the cell: they are in view all the same.
+        low = np.minimum(box[:, 0], points.min(axis=(0, 1)))
+        high = np.maximum(box[:, 1], points.max(axis=(0, 1)))
+        solid.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+        _fit(solid, low, high)
         solid.set_axis_off()
         solid.computed_zorder = False  # the box stays behind the fibers, whatever the view
         _draw_box(solid, box, lengths)
@@ -100,10 +104,16 @@ def perspective(
         _label_edges(solid, box, lengths, unit)
         _draw_fibers(solid, points, scale)
         symbol = select.describe(data, "trajectory", "time").symbol
-        solid.set_title(f"${symbol} = {stored[record]:.6g}$", y=1.0)
+        solid.text2D(
+            0.5,
+            _title_height(solid, box),
+            f"${symbol} = {stored[record]:.6g}$",
+            ha="center",
+            transform=solid.transAxes,
+        )
         if scale is not None:
             bar = solid.figure.colorbar(
-                scale.mappable, ax=solid, shrink=0.62, aspect=22, pad=0.02, fraction=0.05
+                scale.mappable, ax=solid, shrink=0.5, aspect=22, pad=0.06, fraction=0.05
             )
             bar.set_label(scale.label)
             bar.outline.set_linewidth(0.4)
@@ -192,12 +202,32 @@ def _new_axes_3d(box: Floats) -> Axes:
     span = box[:, 1] - box[:, 0]
     height = float(np.clip(PAGE * 0.8 * (span[1] + 0.35 * span[2]) / (span[0] + span[2]), 2.6, 5.5))
     with style():
-        figure = Figure(figsize=(0.75 * PAGE, height), layout="constrained")
+        figure = Figure(figsize=(0.8 * PAGE, height), layout="constrained")
         FigureCanvasAgg(figure)
         solid: Any = figure.add_subplot(projection="3d")
         solid.set_proj_type("persp", focal_length=1.2)
         solid.view_init(elev=_ELEVATION, azim=_AZIMUTH, vertical_axis="y")
     return solid
+
+
+def _fit(solid: Any, low: Floats, high: Floats) -> None:
+    """Give the axes equal scales, and the size that leaves a margin for the labels."""
+    solid.set_box_aspect(high - low, zoom=1.0)
+    seen = _on_page(solid, np.stack([low, high], axis=1))
+    solid.set_box_aspect(high - low, zoom=_FILLED / float(np.max(np.abs(seen - 0.5))))
+
+
+def _title_height(solid: Any, box: Floats) -> float:
+    return float(np.max(_on_page(solid, box)[:, 1])) + 0.04
+
+
+def _on_page(solid: Any, box: Floats) -> Floats:
+    """Return the corners of a box in units of the axes' width and height, (8, 2)."""
+    from mpl_toolkits.mplot3d.proj3d import proj_transform
+
+    across, up, _ = proj_transform(*np.array(list(product(*box))).T, solid.get_proj())
+    to_axes = solid.transData - solid.transAxes
+    return to_axes.transform(np.stack([across, up], axis=1))
 
 
 def _draw_box(solid: Any, box: Floats, lengths: Floats) -> None:
@@ -227,9 +257,9 @@ def _label_edges(solid: Any, box: Floats, lengths: Floats, unit: str) -> None:
     # The front lower edge, the left front edge, the right lower edge.
     low, high = box[:, 0], box[:, 1]
     places = (
-        (centre[0], low[1] - gap, high[2] + gap),
+        (centre[0], low[1] - 1.4 * gap, high[2] + gap),
         (low[0] - gap, centre[1], high[2]),
-        (high[0] + gap, low[1] - gap, centre[2]),
+        (high[0] + 0.4 * gap, low[1] - gap, centre[2]),
     )
     for direction, place in enumerate(places):
         word = "period" if lengths[direction] > 0.0 else "extent"

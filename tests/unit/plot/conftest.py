@@ -59,6 +59,7 @@ def make_run(fibers: int = 1, second: float = 0.0) -> xr.DataTree:
                     "shear_stress": ("time", 80.0 * np.cos(OBSERVED)),
                     "length_error": (("time", "fiber"), 1e-5 * bend),
                     "largest_curvature": (("time", "fiber"), bend),
+                    "orientation_tensor": (("time", "i", "j"), np.tile(np.eye(3) / 3, (101, 1, 1))),
                     "centre": (("time", "fiber", "space"), np.zeros((101, fibers, 3))),
                 },
                 coords={"time": OBSERVED},

@@ -45,7 +45,8 @@ def test_style_holds_inside_and_ends_even_after_an_error():
 
 
 def test_kinds_are_those_of_the_command():
-    assert set(plot.KINDS) == {"shapes", "panels", "tension", "stress", "energy", "health"}
+    single = {"shapes", "panels", "tension", "stress", "energy", "health"}
+    assert set(plot.KINDS) == single | {"3d", "orientation", "order"}
 
 
 @pytest.mark.parametrize("kind", sorted(plot.KINDS))
