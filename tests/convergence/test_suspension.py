@@ -5,15 +5,17 @@ The spheroidal regularisation and a fixed d_0 keep the model the same on every g
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
-from support import assert_order
 
 import stokesfibers as sf
 from stokesfibers.constraint.coupled import FixedPoint
 from stokesfibers.domain import Free, Periodic
 from stokesfibers.fiber.suspension import Suspension
 from stokesfibers.summation.close_approach import PaperCloseApproach
+from support import assert_order
 
 COARSE = 30
 
@@ -46,8 +48,5 @@ def _final(intervals, count, domain):
 )
 def test_second_order_for_interacting_fibers(count, domain):
     shapes = [_final(COARSE * factor, count, domain) for factor in (1, 2, 4)]
-    apart = [
-        float(np.linalg.norm(a - b, axis=-1).mean())
-        for a, b in zip(shapes[:-1], shapes[1:], strict=True)
-    ]
+    apart = [float(np.linalg.norm(a - b, axis=-1).mean()) for a, b in pairwise(shapes)]
     assert_order(apart, between=(1.7, 2.4), final=8e-6)

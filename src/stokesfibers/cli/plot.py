@@ -22,7 +22,8 @@ from stokesfibers.cli.options import run_argument
 def plot(*, run: Path, kind: str, out: Path | None) -> None:
     """Draw a figure of the run in the folder RUN.
 
-    KIND is shapes (over one another), panels (one for each time), tension, stress, energy or
+    KIND is shapes (over one another), panels (one for each time), tension, stress, energy,
+    3d (a snapshot in the cell), orientation, order (the orientation tensor against time) or
     health (length error, curvature, steps and wall time).
     """
     from stokesfibers.core.errors import InputError

@@ -13,6 +13,7 @@ from stokesfibers.core.errors import InputError
 from stokesfibers.core.variables import Variable
 from stokesfibers.plot import select
 from stokesfibers.plot.case import periods
+from stokesfibers.plot.geometry import curvature, wrapped
 from stokesfibers.plot.style import FAINT, INK, PAGE, PALETTE, style
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 _ELEVATION, _AZIMUTH = 16.0, 24.0
-_FILLED = 0.39  # half the width that the corners take of the axes' own
+_FILLED = 0.46  # half the width that the corners take of the axes' own
 _LINE, _HALO = 1.9, 3.4  # widths in points
 # How far behind its line lies the white rim that parts crossing fibers, of the whole depth; far
 # enough that it hides no neighbour on a fiber seen from its end.
@@ -78,10 +79,7 @@ def perspective(
     """
     stored = select.numbers(data, "trajectory", "time")
     record = int(select.pick_records(data, [stored[-1] if time is None else time])[0])
-    array = select.read(data, "trajectory", "position").isel(time=record)
-    position = select.values(array.transpose("fiber", "node", "space"))
-    if not np.isfinite(position).all():
-        raise InputError("trajectory.position", "finite positions", "others in this record")
+    position = _positions(data, record)
     lengths = periods(data)
     points = wrapped(position, lengths)
     box = _box(points, lengths)
@@ -90,62 +88,45 @@ def perspective(
         ax = _new_axes_3d(box)
     elif ax.name != "3d":
         raise InputError("ax", 'axes with projection="3d"', f"axes with projection {ax.name!r}")
-    solid: Any = ax  # a type of its own would need mplot3d when this module is imported
+    unit = select.unit_text(select.describe(data, "trajectory", "position"))
+    symbol = select.describe(data, "trajectory", "time").symbol
     with style():
-        # Whole fibers may reach out of the cell: they are in view all the same.
-        low = np.minimum(box[:, 0], points.min(axis=(0, 1)))
-        high = np.maximum(box[:, 1], points.max(axis=(0, 1)))
-        solid.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-        _fit(solid, low, high)
-        solid.set_axis_off()
-        solid.computed_zorder = False  # the box stays behind the fibers, whatever the view
-        _draw_box(solid, box, lengths)
-        unit = select.unit_text(select.describe(data, "trajectory", "position"))
-        _label_edges(solid, box, lengths, unit)
-        _draw_fibers(solid, points, scale)
-        symbol = select.describe(data, "trajectory", "time").symbol
-        solid.text2D(
-            0.5,
-            _title_height(solid, box),
-            f"${symbol} = {stored[record]:.6g}$",
-            ha="center",
-            transform=solid.transAxes,
-        )
-        if scale is not None:
-            bar = solid.figure.colorbar(
-                scale.mappable, ax=solid, shrink=0.5, aspect=22, pad=0.06, fraction=0.05
-            )
-            bar.set_label(scale.label)
-            bar.outline.set_linewidth(0.4)
+        _set_view(ax, points, box)
+        _draw_box(ax, box, lengths)
+        _label_edges(ax, box, lengths, unit)
+        _draw_fibers(ax, points, scale)
+        _add_key(ax, box, scale, f"${symbol} = {stored[record]:.6g}$")
     return ax
 
 
-def wrapped(position: Floats, lengths: Floats) -> Floats:
-    """Return whole fibers shifted by periods so that their middle nodes lie in the cell.
-
-    Parameters
-    ----------
-    position : (fiber, node, 3)
-    lengths : (3,)
-        Periods, 0 in free directions; the cell is 0 <= x < period.
-    """
-    middle = position[:, position.shape[1] // 2]
-    period = np.where(lengths > 0.0, lengths, 1.0)
-    shift = np.where(lengths > 0.0, -np.floor(middle / period) * period, 0.0)
-    return position + shift[:, None, :]
+def _positions(data: xr.DataTree, record: int) -> Floats:
+    array = select.read(data, "trajectory", "position").isel(time=record)
+    position = select.values(array.transpose("fiber", "node", "space"))
+    if not np.isfinite(position).all():
+        raise InputError("trajectory.position", "finite positions", "others in this record")
+    return position
 
 
-def curvature(position: Floats) -> Floats:
-    """Return the curvature at the nodes, (fiber, node), of centrelines (fiber, node, 3).
+def _set_view(solid: Any, points: Floats, box: Floats) -> None:
+    """Show the box and whole fibers, which may reach out of it, with equal scales."""
+    low = np.minimum(box[:, 0], points.min(axis=(0, 1)))
+    high = np.maximum(box[:, 1], points.max(axis=(0, 1)))
+    solid.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    _fit(solid, low, high)
+    solid.set_axis_off()
+    solid.computed_zorder = False  # the box stays behind the fibers, whatever the view
 
-    It is one over the radius of the circle through a node and its neighbours, which is second
-    order in the spacing, and zero at the ends: a free end carries no moment.
-    """
-    back, ahead = np.diff(position, axis=1)[:, :-1], np.diff(position, axis=1)[:, 1:]
-    area = np.linalg.norm(np.cross(back, ahead), axis=-1)
-    sides = np.prod([np.linalg.norm(v, axis=-1) for v in (back, ahead, back + ahead)], axis=0)
-    inner = 2.0 * area / np.where(sides > 0.0, sides, np.inf)
-    return np.pad(inner, ((0, 0), (1, 1)))
+
+def _add_key(solid: Any, box: Floats, scale: _Scale | None, title: str) -> None:
+    """Add the title and, if there is a scale, its colour bar."""
+    height = _title_height(solid, box)
+    solid.text2D(0.5, height, title, ha="center", transform=solid.transAxes)
+    if scale is not None:
+        bar = solid.figure.colorbar(
+            scale.mappable, ax=solid, shrink=0.5, aspect=22, pad=0.06, fraction=0.05
+        )
+        bar.set_label(scale.label)
+        bar.outline.set_linewidth(0.4)
 
 
 def _scale(data: xr.DataTree, record: int, position: Floats, colour: str | None) -> _Scale | None:
@@ -225,7 +206,8 @@ def _on_page(solid: Any, box: Floats) -> Floats:
     """Return the corners of a box in units of the axes' width and height, (8, 2)."""
     from mpl_toolkits.mplot3d.proj3d import proj_transform
 
-    across, up, _ = proj_transform(*np.array(list(product(*box))).T, solid.get_proj())
+    x, y, z = np.array(list(product(*box))).T
+    across, up, _ = proj_transform(x, y, z, solid.get_proj())
     to_axes = solid.transData - solid.transAxes
     return to_axes.transform(np.stack([across, up], axis=1))
 
@@ -254,16 +236,16 @@ def _label_edges(solid: Any, box: Floats, lengths: Floats, unit: str) -> None:
     """Write each direction and its extent beside one edge of the box."""
     span, centre = box[:, 1] - box[:, 0], box.mean(axis=1)
     gap = 0.06 * float(np.max(span))
-    # The front lower edge, the left front edge, the right lower edge.
+    # Below the front lower edge, above the left front edge, beside the right lower edge.
     low, high = box[:, 0], box[:, 1]
     places = (
         (centre[0], low[1] - 1.4 * gap, high[2] + gap),
-        (low[0] - gap, centre[1], high[2]),
+        (low[0] - gap, high[1] + 2.0 * gap, high[2]),
         (high[0] + 0.4 * gap, low[1] - gap, centre[2]),
     )
     for direction, place in enumerate(places):
         word = "period" if lengths[direction] > 0.0 else "extent"
-        end = ("center", "right", "left")[direction]
+        end = ("center", "center", "left")[direction]
         text = f"${'xyz'[direction]}$, {word}\n{span[direction]:.3g}{unit}"
         solid.text(*place, text, ha=end, va="center", fontsize=7.5)
 
@@ -280,7 +262,8 @@ def _draw_fibers(solid: Any, points: Floats, scale: _Scale | None) -> None:
     else:
         middle = 0.5 * (scale.values[:, :-1] + scale.values[:, 1:])
         colours = scale.mappable.to_rgba(middle.ravel())
-    depth = np.asarray(proj_transform(*segments.mean(axis=1).T, solid.get_proj())[2])
+    x, y, z = segments.mean(axis=1).T
+    depth = np.asarray(proj_transform(x, y, z, solid.get_proj())[2])
     keys = np.concatenate([depth + _BEHIND * np.ptp(depth), depth])
     back_to_front = np.argsort(-keys, kind="stable")
     widths = np.repeat([_HALO, _LINE], len(segments))

@@ -15,6 +15,7 @@ from stokesfibers.plot.style import COLUMN, INK, PALETTE, new_axes, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
 
 _EVEN = 1e-6  # streamlines are followed on evenly spaced grids only
 
@@ -27,7 +28,7 @@ def velocity_slice(
     fibers: Iterable[ArrayLike] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw streamlines of the velocity in a plane over its speed.
+    """Draw streamlines of the velocity in a plane over its speed; return the axes.
 
     Points inside a fiber, where the velocity is NaN, are left grey. Set other axis labels on the
     axes returned if the plane is not that of x and y.
@@ -45,10 +46,6 @@ def velocity_slice(
         Centrelines to draw, in the coordinates of the plane.
     ax
         Axes to draw on; default those of a new figure.
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------
@@ -84,7 +81,7 @@ def velocity_slice(
     return ax
 
 
-def _pale() -> object:
+def _pale() -> Colormap:
     """Return a map from white to a blue on which dark streamlines still stand out."""
     import matplotlib
     from matplotlib.colors import ListedColormap
