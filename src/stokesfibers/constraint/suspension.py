@@ -35,7 +35,13 @@ def own_systems(
 
 
 def solve_coupled(
-    scene: Scene, own: Array, right: Array, *, start: Nodal, solver: AbstractTensionSolver
+    scene: Scene,
+    own: Array,
+    right: Array,
+    *,
+    start: Nodal,
+    solver: AbstractTensionSolver,
+    buffer: Array | None = None,
 ) -> tuple[Nodal, int]:
     """Return the tensions (fiber, node) of (27) and the number of iterations.
 
@@ -49,9 +55,11 @@ def solve_coupled(
         First guess, (fiber, node).
     solver
         How to solve.
+    buffer
+        Memory for the influence of tensions, (fiber, m, fiber, m); overwritten.
     """
     bending = scene.stretching(scene.integrated_force(None), scene.centreline_value(None))
-    system = CoupledSystem(own, scene.influence(), right - bending[:, 1:-1])
+    system = CoupledSystem(own, scene.influence(buffer), right - bending[:, 1:-1])
     tension = np.zeros_like(start)
     tension[:, 1:-1], iterations = solver.solve(system, start[:, 1:-1])
     return tension, iterations

@@ -197,10 +197,15 @@ class Scene:
         self._workers.for_each(len(self._fibers), fill)
         return velocity, stretching
 
-    def influence(self) -> Array:
-        """Return the map from inner tensions to Phi at inner nodes, (target, m, source, m)."""
+    def influence(self, out: Array | None = None) -> Array:
+        """Return the map from inner tensions to Phi at inner nodes, (target, m, source, m).
+
+        It is written to `out` if given: fresh memory of this size costs as much as filling it.
+        """
         count, _, n = self._x.shape
-        out = np.empty((count, n - 2, count, n - 2))
+        if out is None:
+            out = np.empty((count, n - 2, count, n - 2))
+        filled = out
         tensile = self._tensile_matrices()
 
         def fill(k: int) -> None:
@@ -217,11 +222,11 @@ class Scene:
                     tensile,
                     self._centres,
                     self._weights,
-                    out[k],
+                    filled[k],
                 )
 
         self._workers.for_each(count, fill)
-        return out
+        return filled
 
     def fluid(self, points: Points, force: Array, centreline: Array) -> Points:
         """Return what all fibers and images add to (6) at `points` (point, 3) in the fluid.

@@ -102,6 +102,9 @@ class PaperStepper:
             image_sum=problem.image_sum,
             close_approach=problem.close_approach,
         )
+        count, inner = len(self.fibers), engine.intervals - 1
+        shape = (0,) if self._interaction.alone else (count, inner, count, inner)
+        self._buffer = np.empty(shape)  # written anew in each step, carries nothing over
 
     def time(self, step: int) -> float:
         """Return the time after `step` steps."""
@@ -178,7 +181,9 @@ class PaperStepper:
                 pushed, stretched = scene.loaded(density)
                 slow = slow + pushed
                 right = right + stretched[:, 1:-1]
-            tension, iterations = solve_coupled(scene, own, right, start=guess, solver=solver)
+            tension, iterations = solve_coupled(
+                scene, own, right, start=guess, solver=solver, buffer=self._buffer
+            )
             tensile = scene.centreline_value(tension, bending=False)
             centreline = tensile + scene.centreline_value(None)
             others = scene.at_nodes(scene.integrated_force(tension), centreline)
