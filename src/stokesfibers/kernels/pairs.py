@@ -55,19 +55,10 @@ def _trapezoid(px, py, pz, x, xs, force, h, doublet, near2):
         fx, fy, fz = force[0, j], force[1, j], force[2, j]
         r2 = rx * rx + ry * ry + rz * rz
         near += r2 < near2
-        inverse2 = 1.0 / r2
-        inverse3 = inverse2 * np.sqrt(inverse2)
-        inverse5 = inverse3 * inverse2
-        a = rx * tx + ry * ty + rz * tz
-        b = rx * fx + ry * fy + rz * fz
-        c = tx * fx + ty * fy + tz * fz
-        on_force = -a * (inverse3 + 3.0 * doublet * inverse5)
-        less = inverse3 - 3.0 * doublet * inverse5
-        on_tangent = b * less
-        on_r = c * less - 3.0 * a * b * (inverse5 - 5.0 * doublet * inverse5 * inverse2)
-        ox += on_force * fx + on_tangent * tx + on_r * rx
-        oy += on_force * fy + on_tangent * ty + on_r * ry
-        oz += on_force * fz + on_tangent * tz + on_r * rz
+        vx, vy, vz = _term(rx, ry, rz, tx, ty, tz, fx, fy, fz, doublet)
+        ox += vx
+        oy += vy
+        oz += vz
     # F vanishes at both ends, so their half weights need no correction
     return h * ox, h * oy, h * oz, near
 

@@ -92,6 +92,12 @@ class DiscreteFiber:
         return self.weights.delta * self.grid.length
 
     @cached_property
+    def _at_nodes(self) -> tuple[Array, Array, Array, Array, Array, Array]:
+        """What the kernels need at the nodes: s, delta and the weights of the finite part."""
+        w = self.weights
+        return (self.nodes, self._delta, w.hat, w.hat_square, w.hat_product, w.phi)
+
+    @cached_property
     def _delta_half(self) -> Array:
         return self.weights.delta_half * self.grid.length
 
@@ -107,16 +113,10 @@ class DiscreteFiber:
 
     def finite_part(self, shape: Shape, g: Array) -> Array:
         """Return K_delta[g] of (24) at the nodes; g of shape (3, node)."""
-        w = self.weights
         return kernels.apply_finite_part(
             shape.x,
             shape.xs,
-            self.nodes,
-            self._delta,
-            w.hat,
-            w.hat_square,
-            w.hat_product,
-            w.phi,
+            *self._at_nodes,
             np.ascontiguousarray(g),
         )
 
@@ -144,17 +144,11 @@ class DiscreteFiber:
 
     def tensile_matrix(self, shape: Shape) -> Array:
         """Return the matrix of `tensile_velocity` for nodal tensions, (3, node, node)."""
-        w = self.weights
         return kernels.tensile_matrix(
             shape.x,
             shape.xs,
             shape.xss,
-            self.nodes,
-            self._delta,
-            w.hat,
-            w.hat_square,
-            w.hat_product,
-            w.phi,
+            *self._at_nodes,
             self.local.a,
             self.local.b,
             self._differences[0],
@@ -166,17 +160,11 @@ class DiscreteFiber:
 
     def evolution_matrix(self, shape: Shape, factor: float) -> Array:
         """Return I + factor E (Lambda + K_delta) D_4 with the free-end rows, (3 node, 3 node)."""
-        w = self.weights
         _, d2, d3, d4 = self._differences
         return kernels.evolution_matrix(
             shape.x,
             shape.xs,
-            self.nodes,
-            self._delta,
-            w.hat,
-            w.hat_square,
-            w.hat_product,
-            w.phi,
+            *self._at_nodes,
             self.local.a,
             self.local.b,
             factor * self.rigidity,

@@ -7,6 +7,7 @@ Everything of one moment is gathered in `Scene`. Velocities are times 8 pi mu an
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -125,7 +126,7 @@ class Scene:
 
     def velocity(self, targets: Array, force: Array, centreline: Array) -> Array:
         """Return what all other fibers and images add to (6) at `targets` (fiber, point, 3)."""
-        moments = np.einsum("kan,kbn,n,k->kab", self._xs, force, self._weights, self._h)
+        sources = self._sources(force, centreline)
         out = np.empty(targets.shape)
 
         def fill(k: int) -> None:
@@ -133,20 +134,27 @@ class Scene:
                 np.ascontiguousarray(targets[k]),
                 self._middle[k],
                 k,
-                self._x,
-                self._xs,
-                force,
-                self._h,
-                self._doublet,
-                self._interaction.images,
-                self._interaction.close,
-                centreline,
-                moments,
-                self._centres,
+                *sources,
             )
 
         self._workers.for_each(len(self._fibers), fill)
         return out
+
+    def _sources(self, force: Array, centreline: Array) -> tuple[Any, ...]:
+        """Return all that the kernels need of the sources, the moments (41) included."""
+        moments = np.einsum("kan,kbn,n,k->kab", self._xs, force, self._weights, self._h)
+        return (
+            self._x,
+            self._xs,
+            force,
+            self._h,
+            self._doublet,
+            self._interaction.images,
+            self._interaction.close,
+            centreline,
+            moments,
+            self._centres,
+        )
 
     def at_nodes(self, force: Array, centreline: Array) -> Array:
         """Return `velocity` at the fibers' own nodes, (fiber, 3, node)."""
@@ -233,23 +241,14 @@ class Scene:
 
         Each point sees every fiber at its own nearest image.
         """
-        moments = np.einsum("kan,kbn,n,k->kab", self._xs, force, self._weights, self._h)
+        sources = self._sources(force, centreline)
         out = np.empty(points.shape)
 
         def fill(block: int) -> None:
             rows = slice(block * _BLOCK, (block + 1) * _BLOCK)
             out[rows] = kernels.fluid_velocity(
                 points[rows],
-                self._x,
-                self._xs,
-                force,
-                self._h,
-                self._doublet,
-                self._interaction.images,
-                self._interaction.close,
-                centreline,
-                moments,
-                self._centres,
+                *sources,
             )
 
         self._workers.for_each(-(-len(points) // _BLOCK), fill)
