@@ -85,7 +85,7 @@ def _plain(value: object) -> str:
 def _physical_rows(case: Case) -> Iterator[Row]:
     problem = case.problem
     assert problem.viscosity is not None
-    for fiber in problem.fibers:
+    for fiber in problem.kinds:
         yield "L", number(fiber.length), "length of the fiber"
         yield "a", number(fiber.eps * fiber.length), "radius at mid-length"
         yield "E", number(fiber.rigidity), "bending rigidity"
@@ -96,7 +96,7 @@ def _physical_rows(case: Case) -> Iterator[Row]:
 def _group_rows(case: Case) -> Iterator[Row]:
     from stokesfibers.problem.groups import groups
 
-    for fiber in case.problem.fibers:
+    for fiber in case.problem.kinds:
         found = groups(case.problem, fiber, case.until)
         yield "eps", number(found.eps), "radius at mid-length / length"
         yield "c", number(found.c), "log(eps^2 e), of the local operator"

@@ -103,7 +103,7 @@ def doubts(problem: Problem, plan: Plan) -> tuple[Doubt, ...]:
 
 def thick_fibers(problem: Problem) -> Iterator[Doubt]:
     """Doubt slender body theory for thick fibers."""
-    for fiber in problem.fibers:
+    for fiber in problem.kinds:
         if fiber.eps > LARGEST_CREDIBLE_SLENDERNESS:
             yield Doubt(
                 "fiber.slenderness",
@@ -143,7 +143,7 @@ def unstable_penalty(problem: Problem) -> Iterator[Doubt]:
 
 def few_intervals(problem: Problem, plan: Plan) -> Iterator[Doubt]:
     """Doubt a grid that does not resolve the wave that buckling makes."""
-    for fiber in problem.fibers:
+    for fiber in problem.kinds:
         found = groups(problem, fiber, plan.until)
         per_wave = problem.engine.intervals * found.wavelength
         if found.compression > 1.0 and per_wave < INTERVALS_PER_WAVE:
@@ -159,7 +159,7 @@ def few_intervals(problem: Problem, plan: Plan) -> Iterator[Doubt]:
 
 def fine_grid(problem: Problem) -> Iterator[Doubt]:
     """Doubt intervals shorter than the fiber is thick, below what the theory describes."""
-    for fiber in problem.fibers:
+    for fiber in problem.kinds:
         spacing = 1.0 / problem.engine.intervals
         if spacing < fiber.eps * (1.0 - _ROUNDING):
             yield Doubt(
@@ -174,7 +174,7 @@ def lost_positivity(problem: Problem) -> Iterator[Doubt]:
     """Doubt a grid so fine that the finite-part operator loses its sign (errata on B.2)."""
     if not isinstance(problem.mobility, NonLocal):
         return
-    for fiber in problem.fibers:
+    for fiber in problem.kinds:
         weights = problem.mobility.weights(problem.engine.intervals, fiber.eps)
         smallest = smallest_eigenvalue(weights, fiber.eps)
         if smallest >= SMALL_EIGENVALUE:
@@ -212,14 +212,18 @@ def large_memory(problem: Problem) -> Iterator[Doubt]:
             "discretization.intervals",
             "more memory needed than this machine can give",
             f"about {need / 2**30:.1f} GiB, it has {have / 2**30:.1f}",
-            "Take fewer intervals.",
+            "Take fewer intervals or fewer fibers.",
         )
 
 
 def memory_bytes(problem: Problem) -> int:
     """Return roughly how many bytes the arrays of a run take, without Python and libraries."""
-    kinds = len(set(problem.fibers))
-    return kinds * _BYTES_PER_PAIR * (problem.engine.intervals + 1) ** 2
+    count, nodes = len(problem.fibers), problem.engine.intervals + 1
+    own = len(problem.kinds) * _BYTES_PER_PAIR * nodes**2
+    if count == 1 and not problem.domain.lengths.any():
+        return own
+    # systems and centreline matrices of each fiber, and the influence of all tensions on all
+    return own + 8 * (4 * count * nodes**2 + (count * (nodes - 2)) ** 2)
 
 
 def undivided_end(problem: Problem, plan: Plan) -> Iterator[Doubt]:

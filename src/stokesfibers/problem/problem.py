@@ -91,10 +91,15 @@ class Problem:
         object.__setattr__(self, "engine", self.engine.resolved(self.flow.rate_scale()))
 
     @property
+    def kinds(self) -> tuple[Fiber, ...]:
+        """The kinds of fibers, each once."""
+        assert isinstance(self.fiber, tuple)
+        return self.fiber
+
+    @property
     def fibers(self) -> tuple[Fiber, ...]:
         """The kind of each fiber, in order of their numbers."""
-        assert isinstance(self.fiber, tuple)
-        return tuple(kind for kind in self.fiber for _ in range(kind.count))
+        return tuple(kind for kind in self.kinds for _ in range(kind.count))
 
     @property
     def drag(self) -> float:

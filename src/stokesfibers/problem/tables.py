@@ -88,10 +88,9 @@ def problem_to_tables(problem: Problem) -> Table:
         model["regularization"] = to_table(mobility.regularization)
     fluid = {"mu_bar": problem.mu_bar, "viscosity": problem.viscosity}
     several = interaction_tables(problem)
-    kinds = problem.fiber if isinstance(problem.fiber, tuple) else (problem.fiber,)
     return {
         "engine": problem.engine.kind,
-        "fiber": [to_table(kind) for kind in kinds],
+        "fiber": [to_table(kind) for kind in problem.kinds],
         "fluid": {k: v for k, v in fluid.items() if v is not None},
         "flow": flow_to_table(problem.flow),
         "domain": several["domain"],

@@ -8,6 +8,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
+import stokesfibers as sf
 from stokesfibers.core.errors import InputError
 from stokesfibers.fiber import curves
 from stokesfibers.fiber.parameters import Fiber
@@ -258,3 +259,13 @@ def test_everything_doubtful_is_found_at_once():
     assert len(found) == 10
     with pytest.raises(InputError):
         Fiber(slenderness=0.3)
+
+
+def test_memory_of_a_suspension_grows_with_the_square_of_all_nodes():
+    def need(count):
+        fiber = sf.Fiber(slenderness=1e-2, count=count)
+        problem = sf.Problem(fiber, mu_bar=1.0, flow=Shear(1.0), engine=sf.PaperEngine(102))
+        return checks.memory_bytes(problem)
+
+    assert need(300) > 8 * (300 * 101) ** 2
+    assert 3.5 < need(300) / need(150) < 4.0
