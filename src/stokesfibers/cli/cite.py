@@ -47,6 +47,13 @@ def cite(*, case: Path, settings: tuple[str, ...], allow_python: bool) -> None:
     if isinstance(mobility, NonLocal):
         chosen = mobility.regularization
         rows.append(("regularization", chosen.kind, chosen.citation))
+    if len(problem.fibers) > 1 or problem.domain.lengths.any():
+        rows.append(("tensions", problem.tension_solver.kind, problem.tension_solver.citation))
+        rows.append(("contact", problem.close_approach.kind, problem.close_approach.citation))
+    if problem.domain.lengths.any():
+        rows.append(("images", problem.image_sum.kind, problem.image_sum.citation))
+    if problem.load.citation:
+        rows.append(("load", problem.load.kind, problem.load.citation))
     click.secho("Methods of this case", bold=True)
     lines(rows)
     heading("Please cite the paper and this software")

@@ -239,6 +239,12 @@ def test_cite_names_the_chosen_methods(case, invoke):
     assert "Keller" not in invoke("cite", case, "--set", "model.mobility='local_drag'").stdout
 
 
+def test_cite_names_the_methods_of_a_suspension(invoke):
+    said = invoke("cite", next(p for p in CASES if p.stem == "fig12")).stdout
+    for part in ("(39)", "Section 3.3.3", "(41), (42)"):
+        assert part in said
+
+
 def test_doctor_is_content(invoke):
     result = invoke("doctor")
     assert result.exit_code == 0, result.output
