@@ -16,6 +16,7 @@ from time import perf_counter
 
 import numpy as np
 
+from stokesfibers.constraint.line_tension import solve_tension
 from stokesfibers.constraint.suspension import own_systems, solve_coupled
 from stokesfibers.core.arrays import Array, Nodal, Positions, as_float
 from stokesfibers.core.errors import InputError
@@ -160,20 +161,21 @@ class PaperStepper:
         gradient = flow.gradient(points, t)
         shapes = tuple(f.shape(x[k]) for k, f in enumerate(self.fibers))
         stretching = np.stack([_stretching(s, g) for s, g in zip(shapes, gradient, strict=True)])
-        own, right = own_systems(
-            self.fibers,
-            shapes,
-            stretching,
-            drag=self._drag,
-            beta=self._beta,
-            workers=self._workers,
-        )
         slow = self._drag * velocity
         if self._interaction.alone:
-            tension, iterations = np.zeros_like(guess), 1
-            tension[:, 1:-1] = np.linalg.solve(own, right[..., None])[..., 0]
+            drag, beta, iterations = self._drag, self._beta, 1
+            parts = zip(self.fibers, shapes, stretching, strict=True)
+            tension = np.stack([solve_tension(*p, drag=drag, beta=beta) for p in parts])
             slow = slow - self._own_centreline(shapes, tension)
         else:
+            own, right = own_systems(
+                self.fibers,
+                shapes,
+                stretching,
+                drag=self._drag,
+                beta=self._beta,
+                workers=self._workers,
+            )
             scene = Scene(self._interaction, shapes, self._workers)
             solver = self.problem.tension_solver
             density = self._load_density(x)
