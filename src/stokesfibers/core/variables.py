@@ -115,6 +115,8 @@ _OBSERVABLES: tuple[tuple[str, tuple[str, ...], str, str, str], ...] = (
         "second normal stress difference",
     ),
     ("shear_stress", (), "force length", r"\Sigma_{12}", "shear stress"),
+    ("intrinsic_viscosity", (), "1", r"[\eta]", "intrinsic viscosity per $nL^3$"),
+    ("specific_viscosity", (), "1", r"\eta_r - 1", "specific viscosity"),
     (
         "orientation_tensor",
         ("i", "j"),
@@ -122,6 +124,7 @@ _OBSERVABLES: tuple[tuple[str, tuple[str, ...], str, str, str], ...] = (
         r"\langle \mathbf{p}\mathbf{p} \rangle",
         "orientation tensor",
     ),
+    ("order_parameter", (), "1", "S", "nematic order parameter"),
     ("length_error", ("fiber",), "1", r"|\ell - L|/L", "relative length error"),
     (
         "end_to_end",

@@ -15,11 +15,16 @@ _TABLE = (
     ("fig07", "Shear stress of the buckling filament", "Fig. 7"),
     ("fig08", "Shapes at three resolutions and orders of convergence", "Fig. 8, Section 4.1.1"),
     ("fig09", "Length errors, and the influence of the penalisation", "Fig. 9, Section 4.1.1"),
+    ("fig10", "25 filaments in oscillating shear: at the start, after one period", "Fig. 10"),
+    ("fig11", "25 filaments in oscillating shear: straightened, and buckled", "Fig. 11"),
+    ("fig12", "25 filaments in oscillating shear: elastic energy", "Fig. 12"),
+    ("fig13", "25 filaments in oscillating shear: energy of four of them", "Fig. 13"),
     ("fig14", "Eigenvalues of the unregularised operator, straight filament", "Fig. 14, B.1"),
     ("fig15", "A bent filament and its two nearest periodic images", "Fig. 15, Appendix C"),
     ("fig16", "The sum over all periodic images along three lines", "Fig. 16, Appendix C"),
     ("fig17", "Error of the sum over images, cut off at |p| = 1", "Fig. 17, Appendix C"),
     ("fig18", "Error of the approximate sum over images (42)", "Fig. 18, Appendix C"),
+    ("close_pair", "Filaments close together: velocity, iterations", "Section 3.3 (no figure)"),
     ("stable_dt", "The largest stable time step of the paper's scheme", "Section 3 (no figure)"),
 )
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, wait
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
@@ -18,22 +18,52 @@ from stokesfibers.core.tables import Table, to_table
 from stokesfibers.core.version import __version__
 from stokesfibers.experiments.base import Progress, Settings
 from stokesfibers.experiments.tiers import BucklingRun
+from stokesfibers.fiber.initial import AbstractInitial
 from stokesfibers.io.reader import open_run
 from stokesfibers.io.store import RunStore
 from stokesfibers.observe.observables import fiber_stress_direct
 from stokesfibers.observe.snapshot import Snapshot
+from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import problem_to_tables
 from stokesfibers.run.advance import Moment, Watch
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.run.simulate import resume, simulate
 from stokesfibers.stepping.paper import PaperStepper
 
-POSITIONS_EVERY = 0.128
 _TOLD_PER_RUN = 200
 _POLL_SECONDS = 1.0
 
 
-def finished(runs: Sequence[BucklingRun], settings: Settings) -> list[xr.DataTree]:
+class Run(Protocol):
+    """A run that experiments share: what is solved from where, and what is recorded."""
+
+    @property
+    def name(self) -> str:
+        """Name of the run's store, without its suffix."""
+        ...
+
+    @property
+    def problem(self) -> Problem:
+        """The problem to solve."""
+        ...
+
+    @property
+    def initial(self) -> AbstractInitial:
+        """The shapes at time 0."""
+        ...
+
+    @property
+    def until(self) -> float:
+        """Time to stop."""
+        ...
+
+    @property
+    def schedule(self) -> Schedule:
+        """What is recorded when."""
+        ...
+
+
+def finished(runs: Sequence[Run], settings: Settings) -> list[xr.DataTree]:
     """Return the given runs, in order, as trees; compute or complete those that are not there.
 
     Parameters
@@ -57,7 +87,7 @@ def finished(runs: Sequence[BucklingRun], settings: Settings) -> list[xr.DataTre
     return trees
 
 
-def attempted(runs: Sequence[BucklingRun], settings: Settings) -> list[xr.DataTree]:
+def attempted(runs: Sequence[Run], settings: Settings) -> list[xr.DataTree]:
     """As `finished`, but a run that blew up is returned with what it has."""
     folder = settings.folder / "runs"
     folder.mkdir(parents=True, exist_ok=True)
@@ -127,30 +157,26 @@ def bending_trace_over_energy(tree: xr.DataTree, run: BucklingRun) -> float:
     return best[1] / best[0]
 
 
-def _store(run: BucklingRun, folder: Path) -> Path:
+def _store(run: Run, folder: Path) -> Path:
     return folder / f"{run.name}.zarr"
 
 
-def _tables(run: BucklingRun) -> Table:
+def _tables(run: Run) -> Table:
     return {**problem_to_tables(run.problem), "initial": to_table(run.initial)}
 
 
-def _schedule(run: BucklingRun) -> Schedule:
-    return Schedule(POSITIONS_EVERY, run.tier.observe, checkpoint_every=20 * POSITIONS_EVERY)
-
-
-def _is_same(run: BucklingRun, folder: Path) -> bool:
+def _is_same(run: Run, folder: Path) -> bool:
     """Return whether the store that is there is of this very case and of this version."""
     with RunStore.open(_store(run, folder)) as store:
         case = json.loads(store.attributes["case"])
         version = json.loads(store.attributes["provenance"])["versions"]["stokesfibers"]
     wanted = _tables(run)
-    wanted["stepping"]["until"] = run.tier.until
-    wanted["record"] = to_table(_schedule(run))
+    wanted["stepping"]["until"] = run.until
+    wanted["record"] = to_table(run.schedule)
     return version == __version__ and case == json.loads(json.dumps(wanted))
 
 
-def _is_there(run: BucklingRun, folder: Path) -> bool:
+def _is_there(run: Run, folder: Path) -> bool:
     """Return whether the run has ended by itself, well or not."""
     if not _store(run, folder).exists() or not _is_same(run, folder):
         return False
@@ -158,25 +184,28 @@ def _is_there(run: BucklingRun, folder: Path) -> bool:
         return store.status["code"] in ("done", "failed")
 
 
-def _compute(run: BucklingRun, folder: Path, watch: Watch | None = None) -> None:
+def _compute(
+    run: Run, folder: Path, watch: Watch | None = None, *, threads: int | None = None
+) -> None:
     """Run, or continue what was stopped or killed; anything else of that name is replaced."""
     path = _store(run, folder)
     if path.exists() and _is_same(run, folder):
-        resume(path, watch=watch)
+        resume(path, watch=watch, threads=threads)
         return
     simulate(
         run.problem,
         run.initial.curves(run.problem.fibers, run.problem.domain.lengths),
-        until=run.tier.until,
-        record=_schedule(run),
+        until=run.until,
+        record=run.schedule,
         out=path,
         overwrite=True,
         case=_tables(run),
         watch=watch,
+        threads=threads,
     )
 
 
-def _watch(run: BucklingRun, progress: Progress | None, place: tuple[int, int]) -> Watch | None:
+def _watch(run: Run, progress: Progress | None, place: tuple[int, int]) -> Watch | None:
     """Return a watcher that tells `progress` the share done of all runs, not at every step."""
     if progress is None:
         return None
@@ -193,11 +222,11 @@ def _watch(run: BucklingRun, progress: Progress | None, place: tuple[int, int]) 
     return watch
 
 
-def _compute_in_pool(missing: Sequence[BucklingRun], folder: Path, settings: Settings) -> None:
+def _compute_in_pool(missing: Sequence[Run], folder: Path, settings: Settings) -> None:
     """Compute runs in several processes, the longest first; how far they are, their stores say."""
-    longest_first = sorted(missing, key=lambda run: -run.intervals)
+    longest_first = sorted(missing, key=lambda run: -run.problem.engine.intervals)
     with ProcessPoolExecutor(settings.workers, mp_context=get_context("spawn")) as pool:
-        futures = {pool.submit(_compute, run, folder): run for run in longest_first}
+        futures = {pool.submit(_compute, run, folder, threads=1): run for run in longest_first}
         try:
             _wait(futures, folder, settings.progress)
         except BaseException:
@@ -205,9 +234,7 @@ def _compute_in_pool(missing: Sequence[BucklingRun], folder: Path, settings: Set
             raise
 
 
-def _wait(
-    futures: dict[Future[None], BucklingRun], folder: Path, progress: Progress | None
-) -> None:
+def _wait(futures: dict[Future[None], Run], folder: Path, progress: Progress | None) -> None:
     pending = set(futures)
     while pending:
         done, pending = wait(pending, timeout=_POLL_SECONDS)
@@ -218,15 +245,16 @@ def _wait(
             progress(f"{len(futures)} runs", sum(shares) / len(shares))
 
 
-def _share_done(run: BucklingRun, folder: Path) -> float:
+def _share_done(run: Run, folder: Path) -> float:
     path = _store(run, folder)
     if not path.exists():
         return 0.0
     with RunStore.open(path) as store:
-        return min(float(store.status["time"]) / run.tier.until, 1.0)
+        return min(float(store.status["time"]) / run.until, 1.0)
 
 
 __all__ = [
+    "Run",
     "attempted",
     "bending_trace_over_energy",
     "direct_normal_stress_difference",

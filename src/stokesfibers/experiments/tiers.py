@@ -14,8 +14,10 @@ from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.flow import Shear
 from stokesfibers.problem.engine import PaperEngine
 from stokesfibers.problem.problem import Problem
+from stokesfibers.run.schedule import Schedule
 
 EPS = 1e-3
+POSITIONS_EVERY = 0.128
 FRAME = 0.512
 """A multiple of every time step in use; times to compare are counted in it from the vertical."""
 
@@ -154,6 +156,16 @@ class BucklingRun:
     def penalisation(self) -> float:
         """beta of (14)."""
         return self.tier.beta if self.beta is None else self.beta
+
+    @property
+    def until(self) -> float:
+        """Time to stop."""
+        return self.tier.until
+
+    @property
+    def schedule(self) -> Schedule:
+        """What is recorded when."""
+        return Schedule(POSITIONS_EVERY, self.tier.observe, checkpoint_every=20 * POSITIONS_EVERY)
 
     @property
     def initial(self) -> NearlyStraight:

@@ -193,7 +193,9 @@ def _others(
     half = x.shape[2] // 2
     for k in range(x.shape[0]):
         nearest_lattice_shift(middle - x[k, :, half], periods, shift)
-        near2 = (close[0] * h[k]) ** 2
+        # the blend begins at 2 d_0, which on fine grids is farther out than near * h; its distance
+        # is to the centreline, half an interval from a node at most
+        near2 = max(close[0] * h[k], 2.0 * close[2][k] + 0.5 * h[k]) ** 2
         for q in range(near_shifts.shape[0]):
             sx = shift[0] + near_shifts[q, 0]
             sy = shift[1] + near_shifts[q, 1]
@@ -405,7 +407,7 @@ def tension_influence(own, k, x, xs, h, doublet, images, close, tensile, centres
     far, far_before = np.zeros((3, 6)), np.zeros((3, 6))
     shift, at, p = np.empty(3), np.empty(3), np.empty(3)
     nearest_lattice_shift(x[own, :, half] - x[k, :, half], periods, shift)
-    near2 = (close[0] * h[k]) ** 2
+    near2 = max(close[0] * h[k], 2.0 * close[2][k] + 0.5 * h[k]) ** 2
     six = np.empty((6, n))
     if far_shifts.shape[1] > 0:
         for j in range(n):

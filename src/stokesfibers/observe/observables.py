@@ -84,6 +84,34 @@ def shear_stress(snapshot: Snapshot) -> Array:
     return extra_stress(snapshot)[0, 1]
 
 
+def intrinsic_viscosity(snapshot: Snapshot) -> Array:
+    """Return Sigma_12 / (mu rate sum L^3): what the fibers add to the viscosity, by number.
+
+    A suspension with n such fibers per volume has the viscosity mu (1 + n L^3 times this), as far
+    as the stress at this moment tells. It needs no volume. Divided by 8 pi it is the
+    stress in the paper's units. For steady shear only.
+    """
+    cubes = sum(fiber.grid.length**3 for fiber in snapshot.fibers)
+    return shear_stress(snapshot) / (_background_stress(snapshot) * cubes)
+
+
+def specific_viscosity(snapshot: Snapshot) -> Array:
+    """Return Sigma_12 / (V mu rate), the relative viscosity less 1, V the cell's volume.
+
+    Relative viscosity is that of the suspension over that of the fluid, so that this is the
+    fibers' contribution. For steady shear, periodic in three directions.
+    """
+    volume = snapshot.surroundings.domain.volume
+    return shear_stress(snapshot) / (_background_stress(snapshot) * volume)
+
+
+def _background_stress(snapshot: Snapshot) -> float:
+    stress = snapshot.surroundings.background_stress
+    if stress is None:
+        raise ValueError("a viscosity needs a steady shear and the fluid's viscosity")
+    return stress
+
+
 def elastic_energy(snapshot: Snapshot) -> Array:
     """Return the elastic energy (49) of each fiber, (fiber,): int E |x_ss|^2 / 2 ds."""
     density = [
@@ -110,6 +138,15 @@ def orientation_tensor(snapshot: Snapshot) -> Array:
     size = np.linalg.norm(ends, axis=1, keepdims=True)
     unit = ends / np.where(size > 0.0, size, 1.0)
     return np.einsum("fi,fj->ij", unit, unit) / len(unit)
+
+
+def order_parameter(snapshot: Snapshot) -> Array:
+    """Return the nematic order S, the largest eigenvalue of (3 <p p> - 1) / 2.
+
+    It is 1 if all fibers are parallel, heads and tails not told apart. Fibers turned every way
+    alike have 0; n of them drawn at random have about n^(-1/2), since it is never negative.
+    """
+    return np.linalg.eigvalsh(1.5 * orientation_tensor(snapshot) - 0.5 * np.eye(3))[-1]
 
 
 def length_error(snapshot: Snapshot) -> Array:
@@ -145,6 +182,7 @@ OBSERVABLES: dict[str, Callable[[Snapshot], Array]] = {
         second_normal_stress_difference,
         shear_stress,
         orientation_tensor,
+        order_parameter,
         length_error,
         end_to_end,
         centre,
@@ -159,6 +197,16 @@ AMONG_SEVERAL: dict[str, Callable[[Snapshot], Array]] = {
 }
 """What only makes sense with more than one fiber, or images."""
 
+IN_STEADY_SHEAR: dict[str, Callable[[Snapshot], Array]] = {
+    "intrinsic_viscosity": intrinsic_viscosity
+}
+"""What only makes sense where the shear has a constant rate: an oscillating one passes zero."""
+
+IN_A_SHEARED_CELL: dict[str, Callable[[Snapshot], Array]] = {
+    "specific_viscosity": specific_viscosity
+}
+"""What needs both a steady shear and a volume."""
+
 IN_A_CELL: dict[str, Callable[[Snapshot], Array]] = {"particle_stress": particle_stress}
 """What only makes sense where the cell has a volume."""
 
@@ -169,6 +217,9 @@ def recorded(snapshot: Snapshot) -> dict[str, Callable[[Snapshot], Array]]:
     chosen = dict(OBSERVABLES)
     if len(snapshot.fibers) > 1 or np.any(domain.lengths > 0.0):
         chosen |= AMONG_SEVERAL
-    if np.isfinite(domain.volume):
+    finite = np.isfinite(domain.volume)
+    if finite:
         chosen |= IN_A_CELL
+    if snapshot.surroundings.background_stress is not None:
+        chosen |= IN_STEADY_SHEAR | (IN_A_SHEARED_CELL if finite else {})
     return chosen

@@ -8,13 +8,14 @@ import numpy as np
 
 from stokesfibers.core.arrays import Array, Nodal, Positions
 from stokesfibers.domain import AbstractDomain, Free
+from stokesfibers.flow import AbstractFlow, NoFlow, Shear
 from stokesfibers.load import AbstractLoad, LoadedState, NoLoad
 from stokesfibers.slender.discrete import DiscreteFiber, Shape
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What acts on the fibers beside the fluid, and the space they are in.
+    """What acts on the fibers, and the fluid and the space they are in.
 
     Attributes
     ----------
@@ -22,10 +23,23 @@ class Surroundings:
         Free or periodic space.
     load
         External force.
+    flow
+        Background flow.
+    viscosity
+        mu, in units of force time / length^2; None if unknown.
     """
 
     domain: AbstractDomain = field(default_factory=Free)
     load: AbstractLoad = field(default_factory=NoLoad)
+    flow: AbstractFlow = field(default_factory=NoFlow)
+    viscosity: float | None = None
+
+    @property
+    def background_stress(self) -> float | None:
+        """mu rate of a steady shear, in units of force / length^2; None in any other flow."""
+        if self.viscosity is None or not isinstance(self.flow, Shear) or self.flow.rate == 0.0:
+            return None
+        return self.viscosity * self.flow.rate
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from stokesfibers.plot.distribution import curvature, distribution, end_to_end
 from stokesfibers.plot.health import health
 from stokesfibers.plot.orientation import order, orientation
 from stokesfibers.plot.perspective import perspective
+from stokesfibers.plot.plane import Plane, plane_of
 from stokesfibers.plot.series import energy, series, stress
 from stokesfibers.plot.shapes import shape_panels, shapes
 from stokesfibers.plot.slice import velocity_slice
@@ -28,17 +30,27 @@ KINDS: dict[str, Callable[..., Any]] = {
     "3d": perspective,
     "orientation": orientation,
     "order": order,
+    "curvature": curvature,
+    "end_to_end": end_to_end,
 }
-"""Kinds of figure of the command ``plot``, each a function of the run."""
+"""Kinds of figure of the command ``plot``, each a function of the run.
+
+Its kind ``slice`` is not among them: the velocity has to be computed.
+"""
 
 __all__ = [
     "KINDS",
+    "Plane",
+    "curvature",
+    "distribution",
+    "end_to_end",
     "energy",
     "health",
     "new_axes",
     "order",
     "orientation",
     "perspective",
+    "plane_of",
     "save",
     "series",
     "shape_panels",

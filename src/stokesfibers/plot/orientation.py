@@ -1,4 +1,4 @@
-"""Orientation of a suspension: angles to the flow direction, and the orientation tensor."""
+"""Orientation of a suspension: angles to the flow direction, orientation tensor, order."""
 
 from __future__ import annotations
 
@@ -82,11 +82,12 @@ def orientation(
 
 
 def order(data: xr.DataTree, ax: Axes | None = None) -> Axes:
-    """Draw the components of the orientation tensor against time.
+    """Draw the orientation tensor and the nematic order parameter against time.
 
     The tensor is the mean over fibers of p p, p the unit end-to-end vector. Its diagonal is
-    drawn solid, and dashed what is off it and not zero to rounding; 1/3 is the diagonal of
-    fibers turned every way alike. Flow reversals are marked.
+    drawn solid, and dashed what is off it and not zero to rounding; 1/3, dotted, is the diagonal
+    of fibers turned every way alike. The order parameter S, the largest eigenvalue of
+    (3 <p p> - 1) / 2, is drawn thick. Flow reversals are marked.
 
     Parameters
     ----------
@@ -125,12 +126,24 @@ def order(data: xr.DataTree, ax: Axes | None = None) -> Axes:
                 linewidth=1.0 if i == j else 0.8,
                 label=rf"$\langle p_{'xyz'[i]} p_{'xyz'[j]} \rangle$",
             )
+        ax.plot(time, _largest(tensor), color=INK, linewidth=1.4, label="$S$")
         mark_reversals(ax, data, time)
         ax.set_xlabel(select.axis_label(select.describe(data, "observables", "time")))
-        ax.set_ylabel(select.axis_label(select.describe(data, "observables", "orientation_tensor")))
+        label = select.axis_label(select.describe(data, "observables", "orientation_tensor"))
+        ax.set_ylabel(f"{label}, order $S$")
         ax.margins(x=0.0)
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return ax
+
+
+def _largest(tensor: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the largest eigenvalue of (3 <p p> - 1) / 2 at each time, NaN where unknown.
+
+    Found from the tensor rather than read: runs stored before it was recorded have it too.
+    """
+    known = np.isfinite(tensor).all(axis=(1, 2))
+    nematic = 1.5 * np.where(np.expand_dims(known, (1, 2)), tensor, 0.0) - 0.5 * np.eye(3)
+    return np.where(known, np.linalg.eigvalsh(nematic)[:, -1], np.nan)
 
 
 def _angles(data: xr.DataTree, records: select.Records) -> NDArray[np.float64]:

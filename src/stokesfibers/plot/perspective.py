@@ -176,19 +176,35 @@ def _box(points: Floats, lengths: Floats) -> Floats:
     )
 
 
-def _new_axes_3d(box: Floats) -> Axes:
+def solid_panels(count: int, *, width: float, height: float) -> list[Any]:
+    """Return three-dimensional axes side by side on one new figure, seen as `perspective` does.
+
+    Parameters
+    ----------
+    count
+        Number of panels.
+    width, height
+        Size of the figure in inches.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
+    with style():
+        figure = Figure(figsize=(width, height), layout="constrained")
+        FigureCanvasAgg(figure)
+        panels: list[Any] = [
+            figure.add_subplot(1, count, k + 1, projection="3d") for k in range(count)
+        ]
+        for solid in panels:
+            solid.set_proj_type("persp", focal_length=1.2)
+            solid.view_init(elev=_ELEVATION, azim=_AZIMUTH, vertical_axis="y")
+    return panels
+
+
+def _new_axes_3d(box: Floats) -> Axes:
     span = box[:, 1] - box[:, 0]
     height = float(np.clip(PAGE * 0.8 * (span[1] + 0.35 * span[2]) / (span[0] + span[2]), 2.6, 5.5))
-    with style():
-        figure = Figure(figsize=(0.8 * PAGE, height), layout="constrained")
-        FigureCanvasAgg(figure)
-        solid: Any = figure.add_subplot(projection="3d")
-        solid.set_proj_type("persp", focal_length=1.2)
-        solid.view_init(elev=_ELEVATION, azim=_AZIMUTH, vertical_axis="y")
-    return solid
+    return solid_panels(1, width=0.8 * PAGE, height=height)[0]
 
 
 def _fit(solid: Any, low: Floats, high: Floats) -> None:

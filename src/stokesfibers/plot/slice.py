@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap
 
 _EVEN = 1e-6  # streamlines are followed on evenly spaced grids only
+_FINER = 10  # parts of an interval, to find where a fiber is near the plane
+_USUAL = 0.99
 
 
 def velocity_slice(
@@ -26,12 +28,15 @@ def velocity_slice(
     velocity: ArrayLike,
     *,
     fibers: Iterable[ArrayLike] | None = None,
+    within: float | None = None,
+    axes: str = "xy",
     ax: Axes | None = None,
 ) -> Axes:
     """Draw streamlines of the velocity in a plane over its speed; return the axes.
 
-    Points inside a fiber, where the velocity is NaN, are left grey. Set other axis labels on the
-    axes returned if the plane is not that of x and y.
+    Points inside a fiber, where the velocity is NaN, are left grey. The colours end at the
+    largest speed; where 1 % of the points are more than twice as fast as the rest, as they are
+    beside fibers, they end at the rest's largest speed, with a pointed colour bar.
 
     Parameters
     ----------
@@ -42,8 +47,14 @@ def velocity_slice(
     velocity : (ny, nx, 2) or (ny, nx, 3)
         Velocity [length/time]: the horizontal component, the vertical one, and the one
         across the plane, which counts for the speed only.
-    fibers : each (node, 2)
-        Centrelines to draw, in the coordinates of the plane.
+    fibers : each (node, 2) or (node, 3)
+        Centrelines to draw, in the coordinates of the plane; the third column is the distance
+        from the plane.
+    within
+        Distance from the plane up to which fibers are drawn boldly; beyond they are thin. Default:
+        all are bold.
+    axes
+        Names of the two directions, horizontal first.
     ax
         Axes to draw on; default those of a new figure.
 
@@ -61,24 +72,67 @@ def velocity_slice(
         ax = new_axes(height=float(np.clip(height, 1.5, 5.0)))
     with style():
         ax.set_facecolor("#BDBDBD")
-        drawn = ax.pcolormesh(
-            across, up, speed, cmap=_pale(), shading="nearest", rasterized=True, vmin=0.0
-        )
-        density = (1.2, float(np.clip(1.2 * len(up) / len(across), 0.4, 2.0)))
-        streams = (np.ma.masked_invalid(u[..., 0]), np.ma.masked_invalid(u[..., 1]))
-        ax.streamplot(
-            across, up, *streams, color=INK, linewidth=0.45, arrowsize=0.55, density=density
-        )
+        _draw_speed(ax, across, up, speed)
+        _draw_streams(ax, across, up, u)
         for line in lines:
-            ax.plot(line[:, 0], line[:, 1], color=PALETTE[1], linewidth=1.6, zorder=3)
+            _draw_line(ax, line, within)
         ax.set(xlim=(across[0], across[-1]), ylim=(up[0], up[-1]))
         ax.set_aspect("equal", adjustable="box")
         unit = select.unit_text(lookup("trajectory", "position"))
-        ax.set(xlabel=f"$x${unit}", ylabel=f"$y${unit}")
-        bar = ax.figure.colorbar(drawn, ax=ax, aspect=25, pad=0.02, shrink=0.9)
-        bar.set_label(r"speed $|\mathbf{u}|$ [length time$^{-1}$]")
-        bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
+        ax.set(xlabel=f"${axes[0]}${unit}", ylabel=f"${axes[1]}${unit}")
     return ax
+
+
+def _draw_speed(
+    ax: Axes, across: NDArray[np.float64], up: NDArray[np.float64], speed: NDArray[np.float64]
+) -> None:
+    largest = float(np.nanmax(speed))
+    usual = float(np.nanquantile(speed, _USUAL))
+    top = usual if usual < 0.5 * largest else largest
+    drawn = ax.pcolormesh(
+        across,
+        up,
+        speed,
+        cmap=_pale(),
+        shading="nearest",
+        rasterized=True,
+        vmin=0.0,
+        vmax=top or None,
+    )
+    bar = ax.figure.colorbar(
+        drawn,
+        ax=ax,
+        aspect=25,
+        pad=0.02,
+        shrink=0.9,
+        extend="max" if top < largest else "neither",
+    )
+    bar.set_label(r"speed $|\mathbf{u}|$ [length time$^{-1}$]")
+    bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
+
+
+def _draw_streams(
+    ax: Axes, across: NDArray[np.float64], up: NDArray[np.float64], u: NDArray[np.float64]
+) -> None:
+    density = (1.2, float(np.clip(1.2 * len(up) / len(across), 0.4, 2.0)))
+    streams = (np.ma.masked_invalid(u[..., 0]), np.ma.masked_invalid(u[..., 1]))
+    ax.streamplot(across, up, *streams, color=INK, linewidth=0.45, arrowsize=0.55, density=density)
+
+
+def _draw_line(ax: Axes, line: NDArray[np.float64], within: float | None) -> None:
+    """Draw a centreline; with distances from the plane, boldly only where it is near."""
+    if within is None or line.shape[1] == 2:
+        ax.plot(line[:, 0], line[:, 1], color=PALETTE[1], linewidth=1.6, zorder=3)
+        return
+    ax.plot(line[:, 0], line[:, 1], color=PALETTE[1], linewidth=0.5, alpha=0.75, zorder=3)
+    # between nodes too, or a fiber that cuts the plane steeply would miss it
+    nodes = np.arange(len(line))
+    fine = np.linspace(0, len(line) - 1, _FINER * (len(line) - 1) + 1)
+    x, y, off = (np.interp(fine, nodes, column) for column in line.T)
+    near = np.abs(off) <= within * (1.0 + 1e-9)
+    if near.any():
+        bold = np.where(near, [x, y], np.nan)
+        ax.plot(*bold, color=PALETTE[1], linewidth=1.8, zorder=3)
 
 
 def _pale() -> Colormap:
@@ -115,6 +169,6 @@ def _velocity(given: ArrayLike, rows: int, columns: int) -> NDArray[np.float64]:
 
 def _line(given: ArrayLike) -> NDArray[np.float64]:
     line = np.asarray(given, dtype=np.float64)
-    if line.ndim != 2 or line.shape[1] != 2:
-        raise InputError("fibers", "centrelines of shape (node, 2)", str(line.shape))
+    if line.ndim != 2 or line.shape[1] not in (2, 3) or len(line) < 2:
+        raise InputError("fibers", "centrelines of shape (node, 2) or (node, 3)", str(line.shape))
     return line

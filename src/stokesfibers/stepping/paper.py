@@ -18,9 +18,10 @@ import numpy as np
 
 from stokesfibers.constraint.line_tension import solve_tension
 from stokesfibers.constraint.suspension import own_systems, solve_coupled
-from stokesfibers.core.arrays import Array, Nodal, Positions, as_float
+from stokesfibers.core.arrays import Array, Nodal, Positions
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.parallel import Workers
+from stokesfibers.kernels import dense
 from stokesfibers.load import LoadedState
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.discrete import DiscreteFiber, Shape
@@ -38,8 +39,8 @@ class Carry:
         Number of steps taken.
     x, x_before
         Positions now and one step before.
-    tension
-        Line tension now, (fiber, node).
+    tension, tension_before
+        Line tension now and one step before, (fiber, node).
     slow, slow_before
         G(x) of the scheme now and one step before.
     """
@@ -48,6 +49,7 @@ class Carry:
     x: Array
     x_before: Array
     tension: Nodal
+    tension_before: Nodal
     slow: Array
     slow_before: Array
 
@@ -119,7 +121,7 @@ class PaperStepper:
         x = np.ascontiguousarray(positions.transpose(0, 2, 1))
         guess = np.zeros((x.shape[0], x.shape[2]))
         tension, slow, _ = self._tension_and_slow(x, 0.0, guess)
-        return Carry(0, x, x, tension, slow, slow)
+        return Carry(0, x, x, tension, tension, slow, slow)
 
     def step(self, carry: Carry) -> tuple[Carry, StepReport]:
         """Return the carry one step later and a report.
@@ -147,11 +149,13 @@ class PaperStepper:
         self._workers.for_each(len(self.fibers), move)
         moved = perf_counter()
         t = self.time(carry.step + 1)
-        tension, slow, iterations = self._tension_and_slow(x, t, carry.tension)
+        guess = 2.0 * carry.tension - carry.tension_before
+        tension, slow, iterations = self._tension_and_slow(x, t, guess)
         wall_time = (moved - started, perf_counter() - moved)
         order = 1 if first else 2
         report = StepReport(t, self._dt, order, wall_time, iterations=iterations)
-        return Carry(carry.step + 1, x, carry.x, tension, slow, carry.slow), report
+        after = Carry(carry.step + 1, x, carry.x, tension, carry.tension, slow, carry.slow)
+        return after, report
 
     def _tension_and_slow(self, x: Array, t: float, guess: Nodal) -> tuple[Nodal, Array, int]:
         """Return tension (27), G and iterations for positions (fiber, 3, node) at time t."""
@@ -223,4 +227,4 @@ def _solve_positions(fiber: DiscreteFiber, ahead: Shape, factor: float, right: A
     matrix = fiber.evolution_matrix(ahead, factor)
     rows = right.copy()
     rows[:, [0, 1, -2, -1]] = 0.0  # free ends: homogeneous conditions
-    return as_float(np.linalg.solve(matrix, rows.ravel()).reshape(3, -1))
+    return dense.solve(matrix, rows.ravel()).reshape(3, -1)

@@ -46,7 +46,7 @@ def test_style_holds_inside_and_ends_even_after_an_error():
 
 def test_kinds_are_those_of_the_command():
     single = {"shapes", "panels", "tension", "stress", "energy", "health"}
-    assert set(plot.KINDS) == single | {"3d", "orientation", "order"}
+    assert set(plot.KINDS) == single | {"3d", "orientation", "order", "curvature", "end_to_end"}
 
 
 @pytest.mark.parametrize("kind", sorted(plot.KINDS))

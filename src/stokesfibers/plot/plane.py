@@ -1,0 +1,157 @@
+"""A plane through a suspension: the grid to evaluate the velocity on, and the fibers near it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stokesfibers.core import checks
+from stokesfibers.core.errors import InputError
+from stokesfibers.plot import select
+from stokesfibers.plot.case import periods
+from stokesfibers.plot.geometry import wrapped
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Floats = NDArray[np.float64]
+
+_MARGIN = 0.25  # beyond the fibers in free directions, in lengths of the longest one
+_LEAST = 5
+_MOST = 2000
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A rectangular grid in a plane normal to an axis.
+
+    Attributes
+    ----------
+    axes
+        The two directions, horizontal first, e.g. ``"xy"``.
+    at
+        Coordinate of the plane along the third direction [length].
+    time
+        Time of the record that was chosen.
+    x : (nx,)
+        Horizontal coordinates [length].
+    y : (ny,)
+        Vertical coordinates [length].
+    fibers : each (node, 3)
+        Centrelines whose projection falls on the grid, images included: horizontal coordinate,
+        vertical one, signed distance from the plane.
+    """
+
+    axes: str
+    at: float
+    time: float
+    x: Floats
+    y: Floats
+    fibers: tuple[Floats, ...]
+
+    @property
+    def directions(self) -> list[int]:
+        """Numbers of the horizontal, the vertical and the normal direction."""
+        return _directions(self.axes)
+
+    @property
+    def points(self) -> Floats:
+        """The grid's points in space, (ny, nx, 3)."""
+        grid = np.empty((len(self.y), len(self.x), 3))
+        across, up, normal = self.directions
+        grid[..., across], grid[..., up] = self.x, self.y[:, None]
+        grid[..., normal] = self.at
+        return grid
+
+    def components(self, velocity: Floats) -> Floats:
+        """Return velocities (..., 3) in space as horizontal, vertical and normal ones."""
+        return velocity[..., self.directions]
+
+
+def plane_of(
+    data: xr.DataTree,
+    *,
+    axes: str = "xy",
+    at: float | None = None,
+    time: float | None = None,
+    points: int = 200,
+) -> Plane:
+    """Return a grid in a plane that shows one cell, and what the fibers fill in free directions.
+
+    Parameters
+    ----------
+    data
+        The stored run.
+    axes
+        The plane's two directions, horizontal first.
+    at
+        Where the plane cuts the third direction [length]. Default: the middle of the cell where
+        it is periodic, else of the fibers.
+    time
+        Time; the nearest stored record stands for it. Default: the last.
+    points
+        Points along the longer side; the steps along both are equal to within one point.
+
+    Raises
+    ------
+    InputError
+        If the directions are not two of x, y, z, the time lies outside the stored range, `at`
+        is not finite, there are not 5 to 2000 points, or positions are not finite.
+    """
+    if len(axes) != 2 or axes[0] == axes[1] or not set(axes) <= set("xyz"):
+        raise InputError("plane", "two different letters of x, y, z", axes)
+    count = checks.whole("points", points, _LEAST)
+    if count > _MOST:
+        raise InputError("points", f"a whole number, {_LEAST} to {_MOST}", count)
+    stored = select.numbers(data, "trajectory", "time")
+    record = int(select.pick_records(data, [stored[-1] if time is None else time])[0])
+    lengths = periods(data)
+    position = select.read(data, "trajectory", "position").isel(time=record)
+    whole = select.values(position.transpose("fiber", "node", "space"))
+    if not np.isfinite(whole).all():
+        raise InputError("trajectory.position", "finite positions", "others in this record")
+    longest = float(select.numbers(data, "trajectory", "arclength").max())
+    lines = wrapped(whole, lengths)
+    box = _box(lines, lengths, longest)
+    directions = _directions(axes)
+    cut = float(box[directions[2]].mean()) if at is None else checks.finite("at", at)
+    x, y = _grid(box[directions[:2]], count)
+    shown = _shown(lines, lengths, np.stack([box[d] for d in directions[:2]]), directions)
+    fibers = tuple(line - np.array([0.0, 0.0, cut]) for line in shown)
+    return Plane(axes, cut, float(stored[record]), x, y, fibers)
+
+
+def _directions(axes: str) -> list[int]:
+    across, up = ("xyz".index(letter) for letter in axes)
+    return [across, up, 3 - across - up]
+
+
+def _box(lines: Floats, lengths: Floats, longest: float) -> Floats:
+    """Return the limits (3, 2): the cell where periodic, the fibers and a margin where free."""
+    low = lines.min(axis=(0, 1)) - _MARGIN * longest
+    high = lines.max(axis=(0, 1)) + _MARGIN * longest
+    periodic = lengths > 0.0
+    return np.stack([np.where(periodic, 0.0, low), np.where(periodic, lengths, high)], axis=1)
+
+
+def _grid(limits: Floats, points: int) -> tuple[Floats, Floats]:
+    sides = limits[:, 1] - limits[:, 0]
+    counts = np.maximum(np.rint(points * sides / sides.max()).astype(int), _LEAST)
+    x, y = (np.linspace(low, high, n) for (low, high), n in zip(limits, counts, strict=True))
+    return x, y
+
+
+def _shown(lines: Floats, lengths: Floats, limits: Floats, directions: list[int]) -> list[Floats]:
+    """Return fibers and images whose projection may touch the view, (node, 3) each."""
+    ranges = [(-d, 0.0, d) if d > 0.0 else (0.0,) for d in lengths]
+    shown = []
+    for line, shift in product(lines, product(*ranges)):
+        moved = (line + np.array(shift))[:, directions]
+        flat = moved[:, :2]
+        if np.all(flat.max(axis=0) >= limits[:, 0]) and np.all(flat.min(axis=0) <= limits[:, 1]):
+            shown.append(moved)
+    return shown
