@@ -44,8 +44,13 @@ class CoupledSystem:
     right: Array
 
     def factors(self) -> list[Any]:
-        """Return LU factors of L_l + C_ll."""
-        return [lu_factor(own + self.influence[k, :, k]) for k, own in enumerate(self.own)]
+        """Return LU factors of L_l + C_ll; LinAlgError if the system is not finite."""
+        if not (np.isfinite(self.right).all() and np.isfinite(self.own).all()):
+            raise np.linalg.LinAlgError("the tension equation is not finite")
+        return [
+            lu_factor(own + self.influence[k, :, k], check_finite=False)
+            for k, own in enumerate(self.own)
+        ]
 
     def others(self, k: int, tension: Array) -> Array:
         """Return sum over j != k of C_kj T_j, (m,)."""
@@ -94,18 +99,22 @@ class FixedPoint(AbstractTensionSolver):
 
     def solve(self, system: CoupledSystem, start: Array) -> tuple[Array, int]:
         factors = system.factors()
-        tension, change = start.copy(), np.inf
+        tension, change, sweep = start.copy(), np.inf, 0
         for sweep in range(1, self.most + 1):
             change = 0.0
             for k, factor in enumerate(factors):
-                new = lu_solve(factor, system.right[k] - system.others(k, tension))
+                right = system.right[k] - system.others(k, tension)
+                new = lu_solve(factor, right, check_finite=False)
                 size = np.abs(new).max()
                 change = max(change, float(np.abs(new - tension[k]).max() / (size or 1.0)))
                 tension[k] = new
+            if not np.isfinite(tension).all():  # sweeps that diverge end in overflow
+                change = np.inf
+                break
             if change < self.tolerance:
                 return tension, sweep
         raise TensionError(
-            f"the tension sweeps (39) did not reach {self.tolerance:g} in {self.most}: "
+            f"the tension sweeps (39) did not reach {self.tolerance:g} in {sweep}: "
             f"last change {change:.3g}. Fibers nearly touch; try the krylov solver or a smaller dt"
         )
 
@@ -137,7 +146,10 @@ class Krylov(AbstractTensionSolver):
 
         def apply(flat: Array) -> Array:
             tension = flat.reshape(shape)
-            moved = [lu_solve(f, system.others(k, tension)) for k, f in enumerate(factors)]
+            moved = [
+                lu_solve(f, system.others(k, tension), check_finite=False)
+                for k, f in enumerate(factors)
+            ]
             return (tension + np.stack(moved)).ravel()
 
         right = np.stack([lu_solve(f, r) for f, r in zip(factors, system.right, strict=True)])

@@ -66,7 +66,7 @@ def _refuse_overlap(positions: Positions, problem: Problem) -> None:
     if gap > 0.0:
         return
     distance, first, second = smallest_distance(positions, problem.domain)
-    one, other = first // positions.shape[1], second // positions.shape[1]
+    one, other = sorted((first // positions.shape[1], second // positions.shape[1]))
     raise InputError(
         "initial",
         "fibers whose surfaces do not overlap",
