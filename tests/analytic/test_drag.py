@@ -51,7 +51,7 @@ def resistance(eps: float, regularization, intervals: int = 24) -> np.ndarray:
     operator = np.array(columns).T
     velocity = np.repeat(np.eye(3), intervals + 1, axis=1).reshape(3, size)
     density = np.linalg.solve(operator, 8.0 * np.pi * velocity.T).reshape(3, intervals + 1, 3)
-    return np.einsum("inj,n->ij", density, fiber.grid.trapezoid)
+    return np.einsum("inj,n->ij", density, fiber.grid.weights)
 
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: f"r={row[0]:g}")

@@ -45,7 +45,7 @@ def measured_rate(mobility, n: int, intervals: int, *, eps: float = 1e-2) -> flo
     for count in (steps // 2, steps):
         stepper, carry = advance(case, x, count)
         curved = stepper.fibers[0].shape(carry.x[0]).xss
-        weight = stepper.fibers[0].grid.trapezoid * shape
+        weight = stepper.fibers[0].grid.weights * shape
         sizes.append(0.6 * curved[1] @ weight + 0.8 * curved[2] @ weight)
     return float(np.log(sizes[0] / sizes[1]) / (dt * (steps - steps // 2)))
 

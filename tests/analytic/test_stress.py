@@ -80,7 +80,7 @@ def test_tension_pulls_with_a_positive_first_normal_stress_difference():
     positions = np.stack([s - 0.5, 0.0 * s, 0.0 * s], axis=1)[None]
     moment = Snapshot.take(0.0, (fiber,), positions, (s * (1.0 - s))[None])
     stress = observables.extra_stress(moment)
-    area = fiber.grid.trapezoid @ (s * (1.0 - s))
+    area = fiber.grid.weights @ (s * (1.0 - s))
     assert_close(stress, np.diag([area, 0.0, 0.0]), atol=1e-12)
     assert observables.first_normal_stress_difference(moment) == pytest.approx(area)
     assert observables.fiber_stress_direct(moment)[0, 0, 0] == pytest.approx(1 / 6, abs=2e-3)
@@ -112,7 +112,7 @@ def test_power_of_the_flow_is_stored_or_dissipated(mobility):
             force = shape.xssss - fiber.tensile_force(shape, tension)
             # -(Lambda + K) f, 8 pi mu times the velocity through the fluid
             moved = fiber.bending_velocity(shape) + fiber.tensile_velocity(shape, tension)
-            lost = -np.sum(force * moved, axis=0) @ fiber.grid.trapezoid / case.drag
+            lost = -np.sum(force * moved, axis=0) @ fiber.grid.weights / case.drag
             power = np.sum(observables.fiber_stress(moment)[0] * gradient)
             assert lost > 0.0
             energies.append(observables.elastic_energy(moment)[0])

@@ -30,7 +30,7 @@ def solution(intervals: int, until: float) -> tuple[np.ndarray, float, float]:
     x = start.at_fractions(np.linspace(0.0, 1.0, intervals + 1)).T
     stepper, carry = advance(case, x, round(until / STEP * intervals))
     end = stepper.fibers[0].shape(carry.x[0])
-    length = np.linalg.norm(end.xs, axis=0) @ stepper.fibers[0].grid.trapezoid
+    length = np.linalg.norm(end.xs, axis=0) @ stepper.fibers[0].grid.weights
     return carry.x[0], abs(float(length) - 1.0), float(np.linalg.norm(end.xss, axis=0).max())
 
 

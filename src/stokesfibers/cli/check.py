@@ -14,7 +14,7 @@ from stokesfibers.cli.words import duration, heading, lines, number, plural, siz
 
 if TYPE_CHECKING:
     from stokesfibers.config.case import Case
-    from stokesfibers.problem.checks import Doubt, Plan
+    from stokesfibers.problem.checks import Doubt
 
 Row = tuple[str, ...]
 
@@ -47,7 +47,7 @@ def check(*, case: Path, settings: tuple[str, ...], allow_python: bool) -> None:
     heading("Doubtful choices")
     _say_doubts(found)
     heading("Cost")
-    lines(_cost_rows(loaded, plan))
+    lines(_cost_rows(loaded))
 
 
 def _case_rows(case: Case) -> Iterator[Row]:
@@ -119,7 +119,7 @@ def _say_doubts(found: tuple[Doubt, ...]) -> None:
         click.echo(f"    {doubt.compared}. {doubt.remedy}")
 
 
-def _cost_rows(case: Case, plan: Plan) -> Iterator[Row]:
+def _cost_rows(case: Case) -> Iterator[Row]:
     import numpy as np
 
     from stokesfibers.problem.checks import large_memory, memory_bytes
@@ -127,7 +127,7 @@ def _cost_rows(case: Case, plan: Plan) -> Iterator[Row]:
 
     if not any(True for _ in large_memory(case.problem)):
         try:
-            cost = estimate(case.problem, plan.positions, until=case.until, record=case.record)
+            cost = estimate(case.problem, case.curves(), until=case.until, record=case.record)
         except np.linalg.LinAlgError:
             yield "time", "unknown: the first step has no solution"
         else:

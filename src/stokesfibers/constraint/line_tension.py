@@ -15,7 +15,8 @@ from __future__ import annotations
 import numpy as np
 
 from stokesfibers.core.arrays import Array
-from stokesfibers.slender.discrete import DiscreteFiber, Shape
+from stokesfibers.slender.discrete import DiscreteFiber
+from stokesfibers.slender.sampled import Shape
 
 
 def tension_system(

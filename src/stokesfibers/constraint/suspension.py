@@ -8,7 +8,8 @@ from stokesfibers.constraint.coupled import AbstractTensionSolver, CoupledSystem
 from stokesfibers.constraint.line_tension import tension_system
 from stokesfibers.core.arrays import Array, Nodal
 from stokesfibers.core.parallel import Workers
-from stokesfibers.slender.discrete import DiscreteFiber, Shape
+from stokesfibers.slender.discrete import DiscreteFiber
+from stokesfibers.slender.sampled import Shape
 from stokesfibers.slender.suspension import Scene
 
 

@@ -16,7 +16,7 @@ from numpy.polynomial.chebyshev import chebval
 from scipy.integrate import quad_vec
 
 from stokesfibers.core.arrays import Array, Points
-from stokesfibers.slender.discrete import Shape
+from stokesfibers.slender.sampled import Shape
 
 LOWER_CROSSING = 13.0 / 30.0
 """Arclength at the smallest distance, a third of a spacing from the nodes of all grids."""

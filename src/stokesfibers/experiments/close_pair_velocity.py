@@ -16,8 +16,9 @@ from stokesfibers.core.parallel import Workers
 from stokesfibers.domain import Free
 from stokesfibers.experiments import close_pair_curves as curves
 from stokesfibers.experiments.close_pair_curves import Filament
-from stokesfibers.slender.discrete import DiscreteFiber, Shape
+from stokesfibers.slender.discrete import DiscreteFiber
 from stokesfibers.slender.mobility import NonLocal
+from stokesfibers.slender.sampled import Shape
 from stokesfibers.slender.suspension import Interaction, Scene
 from stokesfibers.summation.close_approach import PaperCloseApproach
 from stokesfibers.summation.images import ImageSum

@@ -218,7 +218,7 @@ def _sources(found: xr.Dataset, case: BucklingRun) -> list[Source]:
     ):
         shape = fiber.shape((position - position[len(position) // 2]).T)
         force = fiber.rigidity * shape.xsss - tension * shape.xs
-        sources.append(Source(shape.x, shape.xs, force, fiber.grid.trapezoid))
+        sources.append(Source(shape.x, shape.xs, force, fiber.grid.weights))
     return sources
 
 

@@ -151,8 +151,8 @@ def bending_trace_over_energy(tree: xr.DataTree, run: BucklingRun) -> float:
     best = (0.0, 0.0)
     for x in tree["trajectory"]["position"].to_numpy()[:, 0]:
         shape = fiber.shape(x.T)
-        energy = 0.5 * float(np.sum(shape.xss**2, axis=0) @ fiber.grid.trapezoid)
-        trace = float(np.sum(shape.xssss * shape.x, axis=0) @ fiber.grid.trapezoid)
+        energy = 0.5 * float(np.sum(shape.xss**2, axis=0) @ fiber.grid.weights)
+        trace = float(np.sum(shape.xssss * shape.x, axis=0) @ fiber.grid.weights)
         best = max(best, (energy, trace))
     return best[1] / best[0]
 

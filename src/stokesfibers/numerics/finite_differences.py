@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from stokesfibers.core.arrays import Array
 
@@ -85,11 +86,15 @@ class UniformGrid:
         return self.spacing * (np.arange(self.intervals, dtype=np.float64) + 0.5)
 
     @property
-    def trapezoid(self) -> Array:
+    def weights(self) -> Array:
         """Weights of the trapezoidal rule, shape (node,)."""
         weights = np.full(self.intervals + 1, self.spacing)
         weights[[0, -1]] *= 0.5
         return weights
+
+    def interpolate(self, values: Array, s: Array) -> Array:
+        """Return nodal values (node, ...) at arclengths s (point,), by quintic splines."""
+        return make_interp_spline(self.nodes, values, k=5)(s)
 
     def stacked_differences(self) -> Array:
         """D_1 ... D_4 stacked, shape (4, node, node)."""

@@ -13,6 +13,8 @@ import numpy as np
 from stokesfibers.core.arrays import Array
 from stokesfibers.domain import neighbours
 from stokesfibers.observe.snapshot import Snapshot
+from stokesfibers.slender.discrete import DiscreteFiber
+from stokesfibers.slender.sampled import radii
 
 
 def fiber_stress(snapshot: Snapshot) -> Array:
@@ -33,11 +35,15 @@ def fiber_stress(snapshot: Snapshot) -> Array:
 
 
 def fiber_stress_direct(snapshot: Snapshot) -> Array:
-    """Return int f x ds exactly as (48) is printed, (fiber, 3, 3): symmetric to O(h^2) only."""
+    """Return int f x ds exactly as (48) is printed, (fiber, 3, 3): symmetric to O(h^2) only.
+
+    For fibers on the paper's grid.
+    """
     values = []
     for fiber, shape, tension in zip(
         snapshot.fibers, snapshot.shapes, snapshot.tension, strict=True
     ):
+        assert isinstance(fiber, DiscreteFiber)
         force = fiber.elastic_force(shape, tension)
         values.append(np.einsum("in,jn->ijn", force, shape.x))
     return snapshot.integrate(values)
@@ -63,8 +69,8 @@ def smallest_distance(snapshot: Snapshot) -> Array:
 def smallest_gap(snapshot: Snapshot) -> Array:
     """Return the smallest distance between surfaces, with r(s) = 2 eps sqrt(s (L - s))."""
     domain = snapshot.surroundings.domain
-    radii = np.stack([f.radii for f in snapshot.fibers])
-    return np.array(neighbours.smallest_gap(snapshot.positions, radii, domain))
+    surfaces = np.stack([radii(f) for f in snapshot.fibers])
+    return np.array(neighbours.smallest_gap(snapshot.positions, surfaces, domain))
 
 
 def first_normal_stress_difference(snapshot: Snapshot) -> Array:

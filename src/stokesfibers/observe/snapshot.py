@@ -10,7 +10,8 @@ from stokesfibers.core.arrays import Array, Nodal, Positions
 from stokesfibers.domain import AbstractDomain, Free
 from stokesfibers.flow import AbstractFlow, NoFlow, Shear
 from stokesfibers.load import AbstractLoad, LoadedState, NoLoad
-from stokesfibers.slender.discrete import DiscreteFiber, Shape
+from stokesfibers.slender.discrete import DiscreteFiber
+from stokesfibers.slender.sampled import SampledFiber, Shape, View
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Snapshot:
     time
         Simulated time.
     fibers
-        Discretised fibers.
+        Where each fiber is sampled, and what it is.
     shapes
         Their centrelines.
     tension
@@ -61,7 +62,7 @@ class Snapshot:
     """
 
     time: float
-    fibers: tuple[DiscreteFiber, ...]
+    fibers: tuple[SampledFiber, ...]
     shapes: tuple[Shape, ...]
     tension: Nodal
     surroundings: Surroundings = field(default_factory=Surroundings)
@@ -80,6 +81,11 @@ class Snapshot:
         shapes = tuple(f.shape(x.T) for f, x in zip(fibers, positions, strict=True))
         return cls(time, fibers, shapes, tension, surroundings or Surroundings())
 
+    @classmethod
+    def of(cls, view: View, surroundings: Surroundings) -> Snapshot:
+        """Return the snapshot of what an engine shows."""
+        return cls(view.time, view.fibers, view.shapes, view.tension, surroundings)
+
     @property
     def positions(self) -> Positions:
         """Positions, (fiber, node, space)."""
@@ -90,7 +96,7 @@ class Snapshot:
         """What the external force depends on."""
         return LoadedState(
             self.positions,
-            np.stack([f.grid.trapezoid for f in self.fibers]),
+            np.stack([f.grid.weights for f in self.fibers]),
             np.array([f.eps * f.grid.length for f in self.fibers]),
             self.surroundings.domain,
         )
@@ -98,4 +104,4 @@ class Snapshot:
     def integrate(self, values: list[Array]) -> Array:
         """Return the integrals over arclength of nodal values (..., node), one per fiber."""
         pairs = zip(self.fibers, values, strict=True)
-        return np.stack([v @ f.grid.trapezoid for f, v in pairs])
+        return np.stack([v @ f.grid.weights for f, v in pairs])

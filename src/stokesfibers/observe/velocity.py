@@ -7,14 +7,18 @@ velocity within 2 d_0 of it.
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import numpy as np
 
-from stokesfibers.core.arrays import Points, as_float
+from stokesfibers.core.arrays import Nodal, Points, as_float
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.parallel import Workers
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.problem.problem import Problem
+from stokesfibers.slender.discrete import DiscreteFiber
 from stokesfibers.slender.field import disturbance
+from stokesfibers.slender.sampled import Shape
 from stokesfibers.slender.suspension import Interaction, Scene
 
 
@@ -43,23 +47,49 @@ def fluid_velocity(
     if points.shape[-1:] != (3,):
         raise InputError("points", "an array of shape (..., 3)", f"shape {points.shape}")
     flat = np.ascontiguousarray(points.reshape(-1, 3))
+    fibers, shapes, tension = _on_uniform_grids(problem, snapshot)
     interaction = Interaction.build(
-        snapshot.fibers,
+        fibers,
         problem.domain,
         image_sum=problem.image_sum,
         close_approach=problem.close_approach,
     )
     if interaction.alone:
-        fiber, shape = snapshot.fibers[0], snapshot.shapes[0]
-        force = fiber.elastic_force(shape, snapshot.tension[0])
+        fiber, shape = fibers[0], shapes[0]
+        force = fiber.elastic_force(shape, tension[0])
         added = disturbance(fiber, shape, force, flat)
     else:
-        scene = Scene(interaction, snapshot.shapes, Workers(threads))
-        tension = snapshot.tension
-        density = problem.load.density(snapshot.loaded).transpose(0, 2, 1)
+        scene = Scene(interaction, shapes, Workers(threads))
+        uniform = Snapshot(snapshot.time, fibers, shapes, tension, snapshot.surroundings)
+        density = problem.load.density(uniform.loaded).transpose(0, 2, 1)
         centreline = scene.centreline_value(tension)
         added = -scene.fluid(flat, scene.integrated_force(tension), centreline)
         if density.any():
             added += scene.fluid_loaded(flat, np.ascontiguousarray(density))
     velocity = problem.flow.velocity(flat, snapshot.time) + added / problem.drag
     return velocity.reshape(points.shape)
+
+
+def _on_uniform_grids(
+    problem: Problem, snapshot: Snapshot
+) -> tuple[tuple[DiscreteFiber, ...], tuple[Shape, ...], Nodal]:
+    """Return fibers, shapes and tensions on the paper's grid; interpolated if on another."""
+    own = tuple(f for f in snapshot.fibers if isinstance(f, DiscreteFiber))
+    if len(own) == len(snapshot.fibers):
+        return own, snapshot.shapes, snapshot.tension
+    fibers, shapes, tension = [], [], []
+    sampled = zip(snapshot.fibers, snapshot.shapes, snapshot.tension, strict=True)
+    for kind, (fiber, shape, pull) in zip(problem.fibers, sampled, strict=True):
+        discrete = DiscreteFiber.build(
+            kind.length,
+            kind.eps,
+            rigidity=kind.rigidity,
+            intervals=len(fiber.grid.nodes) - 1,
+            mobility=problem.mobility,
+        )
+        parts = (getattr(shape, f.name) for f in fields(Shape))
+        moved = (fiber.grid.interpolate(part.T, discrete.nodes).T for part in parts)
+        fibers.append(discrete)
+        shapes.append(Shape(*(np.ascontiguousarray(part) for part in moved)))
+        tension.append(fiber.grid.interpolate(pull, discrete.nodes))
+    return tuple(fibers), tuple(shapes), np.stack(tension)

@@ -37,6 +37,11 @@ class PaperEngine:
     kind: ClassVar[str] = "paper"
     citation: ClassVar[str] = "Tornberg & Shelley 2004, Section 3"
 
+    @property
+    def samples(self) -> int:
+        """Equally spaced points that show a fiber's shape: the nodes."""
+        return self.intervals + 1
+
     def __post_init__(self) -> None:
         checks.whole("intervals", self.intervals, LEAST_INTERVALS)
         if self.dt is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil
 from typing import Any
@@ -13,16 +13,17 @@ import numpy as np
 from stokesfibers.constraint.coupled import TensionError
 from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
-from stokesfibers.domain.crossings import find_crossings
+from stokesfibers.domain.crossings import Crossing, find_crossings
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.run.interrupt import Wish
 from stokesfibers.run.moment import snapshot
 from stokesfibers.run.recorder import Recorder
-from stokesfibers.stepping.paper import Carry, PaperStepper
+from stokesfibers.stepping.base import AbstractStepper, C, StepError
 
 LARGEST_LENGTH_ERROR = 0.2
 """A fiber whose length is off by more than this fraction is no longer a solution."""
-_ROUNDING = 1e-9  # of a step: an end that falls on a step must not ask for one more
+_ROUNDING = 1e-9
+_PART_OF_A_STEP = 0.02  # of a length: how far a fiber may move between two looks at crossings
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class Goal:
 
 
 def advance(
-    recorder: Recorder, stepper: PaperStepper, carry: Carry, goal: Goal, *, fresh: bool = False
+    recorder: Recorder[C], stepper: AbstractStepper[C], carry: C, goal: Goal, *, fresh: bool = False
 ) -> Status:
     """Step until the end, a wish to stop, or failure; commit what there is; return the status.
 
@@ -97,41 +98,62 @@ def advance(
 
 
 def _advance(
-    recorder: Recorder, stepper: PaperStepper, carry: Carry, goal: Goal
-) -> tuple[Status, Carry | None]:
+    recorder: Recorder[C], stepper: AbstractStepper[C], carry: C, goal: Goal
+) -> tuple[Status, C | None]:
     """Return the final status and the carry to store with it, if a new one is wanted."""
-    steps = ceil(goal.until / stepper.time(1) - _ROUNDING)
-    while carry.step < steps:
+    recorder.catch_up(carry, goal.until)
+    while not stepper.reached(carry, goal.until):
+        now = stepper.time(carry)
         if goal.wish.stop:
-            now = stepper.time(carry.step)
             return Status("interrupted", now, "Stopped on request", "Continue with resume"), carry
         try:
             ahead, report = stepper.step(carry)
-            error = length_error(ahead, stepper)
+            error = stepper.length_error(ahead)
         except TensionError as fault:
-            return _tension_failed(stepper, carry, fault), None
+            return _tension_failed(now, fault), None
+        except StepError as fault:
+            return _step_failed(now, fault), None
         except np.linalg.LinAlgError:
-            return _blown_up(stepper, carry), None
+            return _blown_up(now), None
         except InputError as fault:
-            return _flow_failed(stepper, carry, fault), None
+            return _flow_failed(now, fault), None
         if not error < LARGEST_LENGTH_ERROR:
-            return _blown_up(stepper, carry), None
-        found = find_crossings(carry.positions, ahead.positions, stepper.problem.domain)
-        recorder.note_crossings(found, report)
+            return _blown_up(now), None
+        recorder.note_crossings(_crossings(stepper, carry, ahead), report)
         carry = ahead
-        recorder.step(carry, report)
+        recorder.step(carry, report, goal.until)
         if goal.watch is not None:
             look = partial(snapshot, stepper, carry)
             goal.watch(Moment(report.time, goal.until, report.step_size, error, look))
-    return _done(stepper.time(carry.step), goal.until, recorder.crossings), carry
+    end = stepper.time(carry)
+    if stepper.dense:
+        end = min(end, goal.until)
+    return _done(end, goal.until, recorder.crossings), carry
 
 
-def length_error(carry: Carry, stepper: PaperStepper) -> float:
-    """Return the largest relative error of the polygons' lengths; infinite if not finite."""
-    chords = np.linalg.norm(np.diff(carry.x, axis=2), axis=1).sum(axis=1)
-    lengths = np.array([f.grid.length for f in stepper.fibers])
-    error = float(np.max(np.abs(chords - lengths) / lengths))
-    return error if np.isfinite(error) and np.isfinite(carry.slow).all() else np.inf
+def _crossings(stepper: AbstractStepper[C], carry: C, ahead: C) -> tuple[Crossing, ...]:
+    """Return the crossings of a step; a long one is looked at in parts, where it is known."""
+    domain = stepper.problem.domain
+    before, after = stepper.positions(carry), stepper.positions(ahead)
+    parts = 1
+    if stepper.dense and (len(after) > 1 or domain.lengths.any()):
+        moved = np.linalg.norm(after - before, axis=-1).max(axis=1)
+        lengths = np.array([kind.length for kind in stepper.problem.fibers])
+        parts = ceil(float(np.max(moved / lengths)) / _PART_OF_A_STEP)
+    if parts <= 1:
+        return find_crossings(before, after, domain)
+    first, last = stepper.time(carry), stepper.time(ahead)
+    found: list[Crossing] = []
+    for part in range(1, parts + 1):
+        middle = after
+        if part < parts:
+            middle = stepper.view(ahead, first + (last - first) * part / parts).positions
+        found += [
+            replace(c, fraction=(part - 1 + c.fraction) / parts)
+            for c in find_crossings(before, middle, domain)
+        ]
+        before = middle
+    return tuple(found)
 
 
 def _done(end: float, until: float, crossings: list[dict[str, Any]]) -> Status:
@@ -151,10 +173,10 @@ def _done(end: float, until: float, crossings: list[dict[str, Any]]) -> Status:
     return Status("done", end, ". ".join(notes), hint)
 
 
-def _blown_up(stepper: PaperStepper, carry: Carry) -> Status:
+def _blown_up(now: float) -> Status:
     return Status(
         "failed",
-        stepper.time(carry.step),
+        now,
         "The solution blew up in the next step: a fiber's length is off by more than "
         f"{LARGEST_LENGTH_ERROR:.0%} or not finite. What came before is kept",
         "Take a smaller stepping.dt or more discretization.intervals; 'stokesfibers check' "
@@ -162,20 +184,24 @@ def _blown_up(stepper: PaperStepper, carry: Carry) -> Status:
     )
 
 
-def _tension_failed(stepper: PaperStepper, carry: Carry, fault: TensionError) -> Status:
+def _step_failed(now: float, fault: StepError) -> Status:
+    return Status("failed", now, f"{fault}. What came before is kept", fault.hint)
+
+
+def _tension_failed(now: float, fault: TensionError) -> Status:
     return Status(
         "failed",
-        stepper.time(carry.step),
+        now,
         f"The tensions of the next step cannot be found: {fault}. What came before is kept",
         "Set constraint.solver = 'krylov', a larger constraint.tolerance, or a steric load that "
         "keeps fibers apart",
     )
 
 
-def _flow_failed(stepper: PaperStepper, carry: Carry, fault: InputError) -> Status:
+def _flow_failed(now: float, fault: InputError) -> Status:
     return Status(
         "failed",
-        stepper.time(carry.step),
+        now,
         f"The background flow cannot be used in the next step. {fault} What came before is kept",
         "Mend the function and start a new run",
     )

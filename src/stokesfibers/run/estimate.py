@@ -10,16 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from stokesfibers.core.arrays import Positions
 from stokesfibers.problem.problem import Problem
 from stokesfibers.run.layout import OutputPoints, observable_records, trajectory_records
 from stokesfibers.run.moment import snapshot
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.run.simulate import reproducible
-from stokesfibers.stepping.paper import PaperStepper
+from stokesfibers.run.start import Initial, first_carry
+from stokesfibers.stepping.base import AbstractStepper, C
+from stokesfibers.stepping.engines import stepper_of
 
 _STEP_BYTES = 56  # the numerics of a step
-_WARM_UP = 1  # compilation, and the first step, which is another formula
+_TRIAL_SECONDS = 1.0
 _TRIES = 3
 
 
@@ -49,15 +50,17 @@ class Cost:
     store_bytes: int
 
 
-def estimate(problem: Problem, initial: Positions, *, until: float, record: Schedule) -> Cost:
+def estimate(problem: Problem, initial: Initial, *, until: float, record: Schedule) -> Cost:
     """Return the cost of a run, from steps with this problem on this machine.
+
+    Where the steps vary, their number is that of a short trial, taken to go on alike.
 
     Parameters
     ----------
     problem
         The case.
     initial
-        Positions at the nodes, (fiber, node, space).
+        Shapes at time 0.
     until
         Time to stop.
     record
@@ -67,14 +70,12 @@ def estimate(problem: Problem, initial: Positions, *, until: float, record: Sche
     ------
     InputError
         If the flow cannot be evaluated at the start.
-    numpy.linalg.LinAlgError
+    numpy.linalg.LinAlgError, StepError
         If the first steps have no solution.
     """
     with reproducible():
-        stepper = PaperStepper(problem)
-        carry = stepper.init(initial)
-        for _ in range(_WARM_UP):
-            carry, _ = stepper.step(carry)
+        stepper = stepper_of(problem)
+        carry, _ = stepper.step(first_carry(stepper, initial))  # compiles what is not
         step_seconds = _fastest(lambda: stepper.step(carry))
         points = OutputPoints(record.points)
 
@@ -84,11 +85,10 @@ def estimate(problem: Problem, initial: Positions, *, until: float, record: Sche
 
         observed, placed = look()
         look_seconds = _fastest(look)
-    dt = stepper.time(1)
-    steps = ceil(until / dt - 1e-9)
-    end = steps * dt
-    positions = 1 + min(steps, floor(end / record.positions_every + 1e-9))
-    observables = 1 + min(steps, floor(end / record.observables_interval + 1e-9))
+        steps, end = _steps(stepper, carry, until)
+    most = None if stepper.dense else steps
+    positions = _records(record.positions_every, end, most)
+    observables = _records(record.observables_interval, end, most)
     return Cost(
         steps=steps,
         positions=positions,
@@ -97,6 +97,24 @@ def estimate(problem: Problem, initial: Positions, *, until: float, record: Sche
         seconds=steps * step_seconds + max(positions, observables) * look_seconds,
         store_bytes=positions * _size(placed) + observables * _size(observed) + steps * _STEP_BYTES,
     )
+
+
+def _steps(stepper: AbstractStepper[C], carry: C, until: float) -> tuple[int, float]:
+    """Return how many steps the run will take, and where it will end."""
+    if not stepper.dense:
+        dt = stepper.time(carry) / carry.step
+        steps = ceil(until / dt - 1e-9)
+        return steps, steps * dt
+    started = perf_counter()
+    while not stepper.reached(carry, until) and perf_counter() - started < _TRIAL_SECONDS:
+        carry, _ = stepper.step(carry)
+    share = min(1.0, stepper.time(carry) / until)
+    return ceil(carry.step / share), until
+
+
+def _records(interval: float, end: float, most: int | None) -> int:
+    count = floor(end / interval + 1e-9)
+    return 1 + (count if most is None else min(most, count))
 
 
 def _fastest(work: Callable[[], Any]) -> float:

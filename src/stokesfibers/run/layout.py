@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from stokesfibers.core.arrays import Array
 from stokesfibers.core.variables import lookup, registered
@@ -33,17 +32,17 @@ class OutputPoints:
     def arclength(self, snapshot: Snapshot) -> Array:
         """Return the arclength of the output points, (fiber, node)."""
         if self.count is None:
-            return np.stack([f.nodes for f in snapshot.fibers])
+            return np.stack([f.grid.nodes for f in snapshot.fibers])
         return np.stack([np.linspace(0.0, f.grid.length, self.count) for f in snapshot.fibers])
 
     def sample(self, snapshot: Snapshot, values: Array) -> Array:
-        """Return nodal values (fiber, node, ...) at the output points, by quintic splines."""
+        """Return nodal values (fiber, node, ...) at the output points."""
         if self.count is None:
             return values
         targets = self.arclength(snapshot)
         return np.stack(
             [
-                make_interp_spline(f.nodes, v, k=5)(s)
+                f.grid.interpolate(v, s)
                 for f, v, s in zip(snapshot.fibers, values, targets, strict=True)
             ]
         )

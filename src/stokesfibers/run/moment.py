@@ -6,7 +6,7 @@ from math import pi
 
 from stokesfibers.observe.snapshot import Snapshot, Surroundings
 from stokesfibers.problem.problem import Problem
-from stokesfibers.stepping.paper import Carry, PaperStepper
+from stokesfibers.stepping.base import AbstractStepper, C
 
 
 def surroundings(problem: Problem) -> Surroundings:
@@ -14,12 +14,7 @@ def surroundings(problem: Problem) -> Surroundings:
     return Surroundings(problem.domain, problem.load, problem.flow, problem.drag / (8.0 * pi))
 
 
-def snapshot(stepper: PaperStepper, carry: Carry) -> Snapshot:
-    """Return shapes and tensions of `carry` with what surrounds them."""
-    return Snapshot.take(
-        stepper.time(carry.step),
-        stepper.fibers,
-        carry.positions,
-        carry.tension,
-        surroundings=surroundings(stepper.problem),
-    )
+def snapshot(stepper: AbstractStepper[C], carry: C, t: float | None = None) -> Snapshot:
+    """Return shapes and tensions of `carry`, or at a time of its last step, with surroundings."""
+    view = stepper.view(carry, stepper.time(carry) if t is None else t)
+    return Snapshot.of(view, surroundings(stepper.problem))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any, Generic, Protocol
 
 from stokesfibers.core.status import Status
 from stokesfibers.domain.crossings import Crossing
@@ -17,8 +17,8 @@ from stokesfibers.run.layout import (
     trajectory_records,
 )
 from stokesfibers.run.moment import snapshot
-from stokesfibers.run.schedule import Schedule, is_due
-from stokesfibers.stepping.paper import Carry, PaperStepper
+from stokesfibers.run.schedule import Schedule, due_times, is_due
+from stokesfibers.stepping.base import AbstractStepper, C
 from stokesfibers.stepping.report import StepReport
 
 
@@ -38,7 +38,7 @@ class Sink(Protocol):
         ...
 
 
-class Recorder:
+class Recorder(Generic[C]):
     """Records a run on its schedule.
 
     Parameters
@@ -46,51 +46,72 @@ class Recorder:
     sink
         Where the records go.
     stepper
-        Gives times and discretised fibers.
+        Shows the fibers at a time.
     schedule
         What is recorded when.
+    recorded
+        Simulated time up to which everything due has been recorded.
 
     Attributes
     ----------
+    recorded
+        As given, moved on by each step.
     committed
         Simulated time of the last commit.
     crossings
         Pairs of fibers that passed through each other, with the time.
     """
 
-    def __init__(self, sink: Sink, stepper: PaperStepper, schedule: Schedule) -> None:
+    def __init__(
+        self,
+        sink: Sink,
+        stepper: AbstractStepper[C],
+        schedule: Schedule,
+        *,
+        recorded: float = 0.0,
+    ) -> None:
         self._sink = sink
         self._stepper = stepper
         self._schedule = schedule
         self._points = OutputPoints(schedule.points)
         self._reports: list[StepReport] = []
-        self._saved = 0.0  # time of the last checkpoint
+        self._saved = recorded  # time of the last checkpoint
+        self.recorded = recorded
         self.committed = 0.0
         self.crossings: list[dict[str, Any]] = []
 
-    def start(self, carry: Carry) -> None:
+    def start(self, carry: C) -> None:
         """Record the initial state and commit it."""
         moment = snapshot(self._stepper, carry)
         self._sink.append(trajectory_records(moment, self._points))
         self._sink.append(observable_records(moment))
         self.commit(carry, Status("running", moment.time))
 
-    def step(self, carry: Carry, report: StepReport) -> None:
-        """Record what became due in the step that led to `carry`."""
+    def step(self, carry: C, report: StepReport, until: float) -> None:
+        """Record what became due, up to `until`, in the step that led to `carry`."""
         self._reports.append(report)
-        before, now = self._stepper.time(carry.step - 1), self._stepper.time(carry.step)
+        self.catch_up(carry, until)
+
+    def catch_up(self, carry: C, until: float) -> None:
+        """Record what is due in the last step and has not been, up to `until`."""
+        now = self._stepper.time(carry)
+        before, end = self.recorded, min(now, until) if self._stepper.dense else now
+        self.recorded = max(before, end)
         schedule = self._schedule
-        observe = is_due(schedule.observables_interval, before, now)
-        place = is_due(schedule.positions_every, before, now)
-        if not (observe or place):
-            return
-        moment = snapshot(self._stepper, carry)
-        if observe:
-            self._sink.append(observable_records(moment))
-        if place:
+        for t in self._due(schedule.observables_interval, before, end):
+            self._sink.append(observable_records(snapshot(self._stepper, carry, t)))
+        places = self._due(schedule.positions_every, before, end)
+        for t in places:
+            moment = snapshot(self._stepper, carry, t)
             self._sink.append(trajectory_records(moment, self._points))
-            due = is_due(schedule.checkpoint_interval, self._saved, now)
-            self.commit(carry if due else None, Status("running", now))
+        if places:
+            due = is_due(schedule.checkpoint_interval, self._saved, end)
+            self.commit(carry if due else None, Status("running", end))
+
+    def _due(self, interval: float, before: float, end: float) -> list[float]:
+        """Return the times to record: the due ones themselves if dense, else the step's end."""
+        times = due_times(interval, before, end) if end > before else []
+        return times if self._stepper.dense or not times else [end]
 
     def recall(self, crossings: str, *, until: float) -> None:
         """Take over the crossings that a stopped run had noted up to time `until`."""
@@ -104,14 +125,15 @@ class Recorder:
         if found:
             self._sink.set_attributes({"crossings": json.dumps(self.crossings)})
 
-    def commit(self, carry: Carry | None, status: Status) -> None:
+    def commit(self, carry: C | None, status: Status) -> None:
         """Commit all records, with `carry` as checkpoint unless None."""
         if self._reports:
             self._sink.append(step_records(self._reports))
             self._reports = []
         checkpoint = None
         if carry is not None:
-            checkpoint = Checkpoint(carry.arrays(), {"step": carry.step})
+            meta = {"step": carry.step, "recorded": self.recorded}
+            checkpoint = Checkpoint(carry.arrays(), meta)
         self._sink.commit(status.to_dict(), checkpoint)
         self.committed = status.time
         if carry is not None:

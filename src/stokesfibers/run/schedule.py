@@ -67,6 +67,13 @@ def every(
     return Schedule(positions, observables, checkpoint, points)
 
 
+def due_times(interval: float, before: float, now: float) -> list[float]:
+    """Return the multiples of `interval` in (before, now], to rounding."""
+    first = floor(before / interval + _ROUNDING) + 1
+    last = floor(now / interval + _ROUNDING)
+    return [min(k * interval, now) for k in range(first, last + 1)]
+
+
 def is_due(interval: float, before: float, now: float) -> bool:
     """Return whether a multiple of `interval` lies in (before, now], to rounding."""
     return floor(now / interval + _ROUNDING) > floor(before / interval + _ROUNDING)

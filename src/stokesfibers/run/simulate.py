@@ -34,7 +34,8 @@ from stokesfibers.run.moment import snapshot
 from stokesfibers.run.recorder import Recorder, Sink
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.run.start import Initial, first_carry, nodal_positions
-from stokesfibers.stepping.paper import Carry, PaperStepper
+from stokesfibers.stepping.base import AbstractStepper, C
+from stokesfibers.stepping.engines import stepper_of
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ def simulate(
     """
     checks.positive("until", until)
     with reproducible(), stop_on_signal() as wish:
-        stepper = PaperStepper(problem, threads)
+        stepper = stepper_of(problem, threads)
         carry = first_carry(stepper, initial)
         arrays = layout(snapshot(stepper, carry), OutputPoints(record.points))
         attributes = _attributes(problem, until, record, case)
@@ -161,18 +162,18 @@ def resume(
         end = float(case["stepping"]["until"]) if until is None else checks.positive("until", until)
         if problem is None:
             problem = problem_from_tables(case, allow_python=allow_python)
-        stepper = PaperStepper(problem, threads)
+        stepper = stepper_of(problem, threads)
         checkpoint = store.checkpoint()
-        now = 0.0 if checkpoint is None else stepper.time(int(checkpoint.meta["step"]))
+        now = 0.0 if checkpoint is None else float(checkpoint.meta["recorded"])
         if until is not None and end < now * (1.0 - 1e-9):
             raise InputError("until", f"a time after t = {now:g}, where the run is", end)
         if checkpoint is None:
-            carry = _restarted(store, stepper, problem, case)
+            carry = _restarted(store, stepper, case)
         else:
-            carry = _continued(store, problem, checkpoint)
+            carry = _continued(store, stepper, checkpoint)
         if end > now:
             _note_resumption(store, case, end, now)
-        recorder = Recorder(store, stepper, Schedule(**case["record"]))
+        recorder = Recorder(store, stepper, Schedule(**case["record"]), recorded=now)
         recorder.recall(store.attributes.get("crossings", "[]"), until=now)
         fresh = not store.lengths["observables"]
         status = advance(recorder, stepper, carry, Goal(end, wish, watch), fresh=fresh)
@@ -190,7 +191,7 @@ def stored_case(store: RunStore) -> Table:
 
 
 def _begin(
-    sink: Sink, record: Schedule, stepper: PaperStepper, carry: Carry, *, goal: Goal
+    sink: Sink, record: Schedule, stepper: AbstractStepper[C], carry: C, *, goal: Goal
 ) -> Status:
     return advance(Recorder(sink, stepper, record), stepper, carry, goal, fresh=True)
 
@@ -216,17 +217,14 @@ def _attributes(
     }
 
 
-def _continued(store: RunStore, problem: Problem, checkpoint: Checkpoint) -> Carry:
+def _continued(store: RunStore, stepper: AbstractStepper[C], checkpoint: Checkpoint) -> C:
     """Return the carry of a checkpoint; records behind it are dropped."""
-    shape = checkpoint.arrays["x"].shape
-    expected = (len(problem.fibers), 3, problem.engine.intervals + 1)
-    if shape != expected:
-        raise InputError("problem", f"the problem of the run, with positions {shape}", expected)
+    carry = stepper.restored(int(checkpoint.meta["step"]), checkpoint.arrays)
     store.truncate(checkpoint.lengths)
-    return Carry.restored(int(checkpoint.meta["step"]), checkpoint.arrays)
+    return carry
 
 
-def _restarted(store: RunStore, stepper: PaperStepper, problem: Problem, case: Table) -> Carry:
+def _restarted(store: RunStore, stepper: AbstractStepper[C], case: Table) -> C:
     """Return the initial carry for a run that was killed before its first checkpoint."""
     if "initial" not in case:
         raise StoreError(
@@ -237,6 +235,7 @@ def _restarted(store: RunStore, stepper: PaperStepper, problem: Problem, case: T
         )
     initial = choose(INITIALS, case["initial"], "initial")
     store.truncate(dict.fromkeys(store.lengths, 0))
+    problem = stepper.problem
     return first_carry(stepper, initial.curves(problem.fibers, problem.domain.lengths))
 
 

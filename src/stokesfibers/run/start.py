@@ -11,31 +11,45 @@ from stokesfibers.domain.neighbours import smallest_distance, smallest_gap
 from stokesfibers.fiber.curves import Curve
 from stokesfibers.fiber.initial import given
 from stokesfibers.problem.problem import Problem
-from stokesfibers.stepping.paper import Carry, PaperStepper
+from stokesfibers.stepping.base import AbstractStepper, C
 
 Initial = Curve | tuple[Curve, ...] | np.ndarray
 
 
-def nodal_positions(initial: Initial, problem: Problem) -> Positions:
-    """Return the initial positions at the engine's nodes, (fiber, node, space).
+def initial_curves(initial: Initial, problem: Problem) -> tuple[Curve, ...]:
+    """Return one curve per fiber.
 
     Raises
     ------
     InputError
-        If there is not one curve per fiber, or if two fibers overlap.
+        If there is not one curve per fiber.
     """
     if isinstance(initial, np.ndarray):
         initial = given(initial, problem.fibers, where="initial")
     curves = initial if isinstance(initial, tuple) else (initial,)
     if len(curves) != len(problem.fibers):
         raise InputError("initial", f"{len(problem.fibers)} curves, one per fiber", len(curves))
-    sigma = np.linspace(0.0, 1.0, problem.engine.intervals + 1)
+    return curves
+
+
+def nodal_positions(initial: Initial, problem: Problem) -> Positions:
+    """Return the initial positions at equally spaced points, (fiber, node, space).
+
+    They are the nodes where the engine's are equally spaced.
+
+    Raises
+    ------
+    InputError
+        If there is not one curve per fiber, or if two fibers overlap.
+    """
+    sigma = np.linspace(0.0, 1.0, problem.engine.samples)
+    curves = initial_curves(initial, problem)
     positions = np.stack([curve.at_fractions(sigma) for curve in curves])
     _refuse_overlap(positions, problem)
     return positions
 
 
-def first_carry(stepper: PaperStepper, initial: Initial) -> Carry:
+def first_carry(stepper: AbstractStepper[C], initial: Initial) -> C:
     """Return the carry at time 0.
 
     Raises
@@ -43,8 +57,9 @@ def first_carry(stepper: PaperStepper, initial: Initial) -> Carry:
     InputError
         For unusable shapes, or if no tensions can be found for them.
     """
+    nodal_positions(initial, stepper.problem)
     try:
-        return stepper.init(nodal_positions(initial, stepper.problem))
+        return stepper.start(initial_curves(initial, stepper.problem))
     except TensionError as fault:
         raise InputError(
             "initial",

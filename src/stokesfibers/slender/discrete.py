@@ -16,17 +16,7 @@ from stokesfibers.kernels import slender as kernels
 from stokesfibers.numerics.finite_differences import UniformGrid
 from stokesfibers.numerics.product_integration import FinitePartWeights
 from stokesfibers.slender.mobility import AbstractMobility, LocalOperator
-
-
-@dataclass(frozen=True)
-class Shape:
-    """A centreline on a uniform grid with its arclength derivatives, each of shape (3, node)."""
-
-    x: Array
-    xs: Array
-    xss: Array
-    xsss: Array
-    xssss: Array
+from stokesfibers.slender.sampled import Shape
 
 
 @dataclass(frozen=True)
@@ -80,12 +70,6 @@ class DiscreteFiber:
     def nodes(self) -> Array:
         """Arclength of the nodes."""
         return self.grid.nodes
-
-    @cached_property
-    def radii(self) -> Array:
-        """r(s) = 2 eps sqrt(s (L - s)) at the nodes."""
-        s = self.nodes
-        return 2.0 * self.eps * np.sqrt(np.clip(s * (self.grid.length - s), 0.0, None))
 
     @cached_property
     def _delta(self) -> Array:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from stokesfibers.core.arrays import Array, Points
 from stokesfibers.kernels import stokeslet
-from stokesfibers.slender.discrete import DiscreteFiber, Shape
+from stokesfibers.slender.discrete import DiscreteFiber
+from stokesfibers.slender.sampled import Shape
 
 _MOST_PANELS = 256
 _SURFACE = 0.99  # of the radius: points on the surface count as outside, to rounding

@@ -16,7 +16,8 @@ from stokesfibers.core.parallel import Workers
 from stokesfibers.domain import AbstractDomain
 from stokesfibers.kernels import forces
 from stokesfibers.kernels import pairs as kernels
-from stokesfibers.slender.discrete import DiscreteFiber, Shape
+from stokesfibers.slender.discrete import DiscreteFiber
+from stokesfibers.slender.sampled import Shape
 from stokesfibers.summation.close_approach import AbstractCloseApproach
 from stokesfibers.summation.images import AbstractImageSum
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from time import perf_counter
+from typing import ClassVar
 
 import numpy as np
 
@@ -21,12 +22,18 @@ from stokesfibers.constraint.suspension import own_systems, solve_coupled
 from stokesfibers.core.arrays import Array, Nodal, Positions
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.parallel import Workers
+from stokesfibers.fiber.curves import Curve
 from stokesfibers.kernels import dense
 from stokesfibers.load import LoadedState
+from stokesfibers.problem.engine import PaperEngine
 from stokesfibers.problem.problem import Problem
-from stokesfibers.slender.discrete import DiscreteFiber, Shape
+from stokesfibers.slender.discrete import DiscreteFiber
+from stokesfibers.slender.sampled import Shape, View
 from stokesfibers.slender.suspension import Interaction, Scene
+from stokesfibers.stepping.base import AbstractStepper
 from stokesfibers.stepping.report import StepReport
+
+_ROUNDING = 1e-9  # of a step: an end that falls on a step must not ask for one more
 
 
 @dataclass(frozen=True)
@@ -53,11 +60,6 @@ class Carry:
     slow: Array
     slow_before: Array
 
-    @classmethod
-    def restored(cls, step: int, arrays: Mapping[str, Array]) -> Carry:
-        """Return the carry of `step` from the arrays of a checkpoint."""
-        return cls(step=step, **arrays)
-
     def arrays(self) -> dict[str, Array]:
         """Return all arrays by name, for a checkpoint."""
         return {f.name: getattr(self, f.name) for f in fields(self) if f.name != "step"}
@@ -68,7 +70,7 @@ class Carry:
         return np.ascontiguousarray(self.x.transpose(0, 2, 1))
 
 
-class PaperStepper:
+class PaperStepper(AbstractStepper[Carry]):
     """Advances a problem by the paper's scheme with a fixed step.
 
     Parameters
@@ -79,8 +81,11 @@ class PaperStepper:
         Threads that fibers are spread over; None for all cores. Results do not depend on it.
     """
 
+    dense: ClassVar[bool] = False
+
     def __init__(self, problem: Problem, threads: int | None = None) -> None:
         engine = problem.engine
+        assert isinstance(engine, PaperEngine)
         assert engine.dt is not None
         assert engine.beta is not None
         self.problem = problem
@@ -109,13 +114,40 @@ class PaperStepper:
         shape = (0,) if self._interaction.alone else (count, inner, count, inner)
         self._buffer = np.empty(shape)  # written anew in each step, carries nothing over
 
-    def time(self, step: int) -> float:
-        """Return the time after `step` steps."""
-        return step * self._dt
+    def time(self, carry: Carry) -> float:
+        return carry.step * self._dt
+
+    def reached(self, carry: Carry, until: float) -> bool:
+        return carry.step >= until / self._dt - _ROUNDING
+
+    def positions(self, carry: Carry) -> Positions:
+        return carry.positions
+
+    def view(self, carry: Carry, t: float) -> View:  # noqa: ARG002
+        shapes = tuple(f.shape(x) for f, x in zip(self.fibers, carry.x, strict=True))
+        return View(self.time(carry), self.fibers, shapes, carry.tension)
+
+    def length_error(self, carry: Carry) -> float:
+        """Return the largest relative error of the polygons' lengths; infinite if not finite."""
+        chords = np.linalg.norm(np.diff(carry.x, axis=2), axis=1).sum(axis=1)
+        lengths = np.array([f.grid.length for f in self.fibers])
+        error = float(np.max(np.abs(chords - lengths) / lengths))
+        return error if np.isfinite(error) and np.isfinite(carry.slow).all() else np.inf
+
+    def restored(self, step: int, arrays: Mapping[str, Array]) -> Carry:
+        shape = arrays["x"].shape if "x" in arrays else ()
+        expected = (len(self.fibers), 3, self.fibers[0].grid.intervals + 1)
+        if shape != expected:
+            raise InputError("problem", f"the problem of the run, with positions {shape}", expected)
+        return Carry(step=step, **arrays)
+
+    def start(self, curves: tuple[Curve, ...]) -> Carry:
+        sigma = np.linspace(0.0, 1.0, self.fibers[0].grid.intervals + 1)
+        return self.init(np.stack([curve.at_fractions(sigma) for curve in curves]))
 
     def init(self, positions: Positions) -> Carry:
         """Return the carry at time 0 from positions (fiber, node, space)."""
-        expected = (len(self.fibers), self.problem.engine.intervals + 1, 3)
+        expected = (len(self.fibers), self.fibers[0].grid.intervals + 1, 3)
         if positions.shape != expected:
             raise InputError("positions", f"shape {expected}", positions.shape)
         x = np.ascontiguousarray(positions.transpose(0, 2, 1))
@@ -148,7 +180,7 @@ class PaperStepper:
 
         self._workers.for_each(len(self.fibers), move)
         moved = perf_counter()
-        t = self.time(carry.step + 1)
+        t = (carry.step + 1) * self._dt
         guess = 2.0 * carry.tension - carry.tension_before
         tension, slow, iterations = self._tension_and_slow(x, t, guess)
         wall_time = (moved - started, perf_counter() - moved)
@@ -201,7 +233,7 @@ class PaperStepper:
         positions = np.ascontiguousarray(x.transpose(0, 2, 1))
         state = LoadedState(
             positions,
-            np.stack([f.grid.trapezoid for f in self.fibers]),
+            np.stack([f.grid.weights for f in self.fibers]),
             np.array([f.eps * f.grid.length for f in self.fibers]),
             self.problem.domain,
         )

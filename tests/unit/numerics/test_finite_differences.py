@@ -63,7 +63,7 @@ def test_grid_of_a_length():
     assert grid.spacing == 0.25
     assert_close(grid.nodes, np.linspace(0.0, 2.5, 11))
     assert_close(grid.half_points, np.linspace(0.125, 2.375, 10), rtol=1e-15)
-    assert grid.trapezoid.sum() == pytest.approx(2.5, rel=1e-15)
-    assert grid.trapezoid @ grid.nodes == pytest.approx(3.125, rel=1e-15)
+    assert grid.weights.sum() == pytest.approx(2.5, rel=1e-15)
+    assert grid.weights @ grid.nodes == pytest.approx(3.125, rel=1e-15)
     for order, d in enumerate(grid.stacked_differences(), start=1):
         assert_close(d, difference_matrix(order, 10, 0.25))
