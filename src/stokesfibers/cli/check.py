@@ -14,7 +14,7 @@ from stokesfibers.cli.words import duration, heading, lines, number, plural, siz
 
 if TYPE_CHECKING:
     from stokesfibers.config.case import Case
-    from stokesfibers.problem.checks import Doubt
+    from stokesfibers.problem.doubt import Doubt
 
 Row = tuple[str, ...]
 

@@ -44,8 +44,8 @@ def cite(*, case: Path, settings: tuple[str, ...], allow_python: bool) -> None:
         ("engine", problem.engine.kind, problem.engine.citation),
         ("mobility", mobility.kind, mobility.citation),
     ]
-    if isinstance(mobility, NonLocal):
-        chosen = mobility.regularization
+    chosen = mobility.regularization if isinstance(mobility, NonLocal) else None
+    if chosen is not None:
         rows.append(("regularization", chosen.kind, chosen.citation))
     if len(problem.fibers) > 1 or problem.domain.lengths.any():
         rows.append(("tensions", problem.tension_solver.kind, problem.tension_solver.citation))

@@ -15,7 +15,7 @@ from stokesfibers.core.tables import Table, as_table, build, choose, refuse_unkn
 from stokesfibers.fiber.curves import Curve
 from stokesfibers.fiber.initial import AbstractInitial, FromFile, NearlyStraight
 from stokesfibers.fiber.initials import INITIALS
-from stokesfibers.problem.checks import Plan
+from stokesfibers.problem.doubt import Plan
 from stokesfibers.problem.flow_tables import resolved_flow
 from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import TABLES, problem_from_tables, problem_to_tables

@@ -22,7 +22,7 @@ from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.fiber.suspension import Orientation
 from stokesfibers.flow import FLOWS, AbstractFlow, SumOfFlows, Uniform, UserFlow
 from stokesfibers.load import LOADS
-from stokesfibers.problem.engine import PaperEngine
+from stokesfibers.problem.engine import ENGINES
 from stokesfibers.problem.problem import Problem
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.slender.mobility import LocalDrag, NonLocal
@@ -39,7 +39,7 @@ _TEXT: Schema = {"type": "string"}
 
 def case_schema() -> Schema:
     """Return the JSON Schema of a case file as JSON-ready values."""
-    engine = _properties(PaperEngine)
+    engine = {place: _engine_keys(place) for place in ("discretization", "stepping", "constraint")}
     fluid = _properties(Problem, ("mu_bar", "viscosity"))
     fiber = {**_table(Fiber), "oneOf": _one_of("slenderness", "radius")}
     until = {"type": "number", "description": "Time to stop."}
@@ -49,7 +49,10 @@ def case_schema() -> Schema:
         "$defs": {"flow": {"oneOf": _flows()}, "fiber": fiber},
         **_object(
             {
-                "engine": {"enum": [PaperEngine.kind], "description": _summary(PaperEngine)},
+                "engine": {
+                    "enum": list(ENGINES),
+                    "description": " ".join(_summary(cls) for cls in ENGINES.values()),
+                },
                 "fiber": {
                     "oneOf": [
                         {"$ref": "#/$defs/fiber"},
@@ -63,16 +66,26 @@ def case_schema() -> Schema:
                 "initial": {"oneOf": [_kind(cls) for cls in INITIALS.values()]},
                 "model": _model(),
                 "constraint": _object(
-                    {"beta": engine["beta"], **_named("solver", TENSION_SOLVERS)}
+                    {**engine["constraint"], **_named("solver", TENSION_SOLVERS)}
                 ),
-                "discretization": _object({"intervals": engine["intervals"]}),
-                "stepping": _object({"dt": engine["dt"], "until": until}, ["until"]),
+                "discretization": _object(engine["discretization"]),
+                "stepping": _object({**engine["stepping"], "until": until}, ["until"]),
                 "record": {**_table(Schedule), "required": []},
             },
             ["fiber", "fluid", "stepping"],
         ),
         "description": f"Without [initial] the shape is '{NearlyStraight.kind}'.",
     }
+
+
+def _engine_keys(place: str) -> dict[str, Schema]:
+    """Return what the engines want in the table `place`."""
+    found: dict[str, Schema] = {}
+    for cls in ENGINES.values():
+        for name, value in _properties(cls).items():
+            if cls.places.get(name) == place and name not in found:
+                found[name] = {**value, "description": f"{value['description']} ({cls.kind})"}
+    return found
 
 
 def _flows() -> list[Schema]:

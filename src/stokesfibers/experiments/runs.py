@@ -224,7 +224,7 @@ def _watch(run: Run, progress: Progress | None, place: tuple[int, int]) -> Watch
 
 def _compute_in_pool(missing: Sequence[Run], folder: Path, settings: Settings) -> None:
     """Compute runs in several processes, the longest first; how far they are, their stores say."""
-    longest_first = sorted(missing, key=lambda run: -run.problem.engine.intervals)
+    longest_first = sorted(missing, key=lambda run: -run.problem.engine.samples)
     with ProcessPoolExecutor(settings.workers, mp_context=get_context("spawn")) as pool:
         futures = {pool.submit(_compute, run, folder, threads=1): run for run in longest_first}
         try:

@@ -7,7 +7,7 @@ from typing import Any
 
 from stokesfibers.constraint.coupled import TENSION_SOLVERS, AbstractTensionSolver
 from stokesfibers.core.errors import InputError
-from stokesfibers.core.tables import Table, as_table, build, choose, refuse_unknown, to_table
+from stokesfibers.core.tables import Table, as_table, build, choose, to_table
 from stokesfibers.domain import DOMAINS, AbstractDomain
 from stokesfibers.load import LOADS, AbstractLoad
 from stokesfibers.problem.problem import Problem
@@ -15,8 +15,7 @@ from stokesfibers.summation.close_approach import CLOSE_APPROACHES, AbstractClos
 from stokesfibers.summation.images import IMAGE_SUMS, AbstractImageSum
 
 _SUM_KEYS = ("sum", "reach", "about")
-_SOLVER_KEYS = ("solver", "tolerance", "most")
-CONSTRAINT_KEYS = ("beta", *_SOLVER_KEYS)
+SOLVER_KEYS = ("solver", "tolerance", "most")
 
 
 def interaction_parts(tables: Mapping[str, Any]) -> dict[str, Any]:
@@ -66,8 +65,7 @@ def _close_approach(model: Table) -> AbstractCloseApproach:
 
 
 def _solver(constraint: Table) -> AbstractTensionSolver:
-    refuse_unknown(constraint, CONSTRAINT_KEYS, "constraint")
-    table = {key: constraint[key] for key in _SOLVER_KEYS if key in constraint}
+    table = {key: constraint[key] for key in SOLVER_KEYS if key in constraint}
     name = table.pop("solver", "fixed_point")
     if name not in TENSION_SOLVERS:
         raise InputError("constraint.solver", f"one of {', '.join(TENSION_SOLVERS)}", repr(name))

@@ -12,7 +12,7 @@ from stokesfibers.domain import AbstractDomain, Free
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.flow import AbstractFlow, NoFlow
 from stokesfibers.load import AbstractLoad, NoLoad
-from stokesfibers.problem.engine import PaperEngine
+from stokesfibers.problem.engine import PaperEngine, SpectralEngine
 from stokesfibers.slender.mobility import AbstractMobility, NonLocal
 from stokesfibers.summation.close_approach import AbstractCloseApproach, PaperCloseApproach
 from stokesfibers.summation.images import AbstractImageSum, ImageSum
@@ -55,7 +55,7 @@ class Problem:
     viscosity: float | None = None
     flow: AbstractFlow = field(default_factory=NoFlow)
     mobility: AbstractMobility = field(default_factory=NonLocal)
-    engine: PaperEngine = field(default_factory=PaperEngine)
+    engine: PaperEngine | SpectralEngine = field(default_factory=PaperEngine)
     domain: AbstractDomain = field(default_factory=Free)
     image_sum: AbstractImageSum = field(default_factory=ImageSum)
     close_approach: AbstractCloseApproach = field(default_factory=PaperCloseApproach)
@@ -88,7 +88,11 @@ class Problem:
                 list(self.domain.lengths),
             )
         object.__setattr__(self, "fiber", kinds)
-        object.__setattr__(self, "engine", self.engine.resolved(self.flow.rate_scale()))
+        chosen = self.mobility.resolved(self.engine.regularization())
+        object.__setattr__(self, "mobility", chosen)
+        rate = self.flow.rate_scale()
+        mu_bar = max(self.drag * rate * kind.length**4 / kind.rigidity for kind in kinds)
+        object.__setattr__(self, "engine", self.engine.resolved(rate, mu_bar))
 
     @property
     def kinds(self) -> tuple[Fiber, ...]:

@@ -9,10 +9,10 @@ from typing import Any
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import Table, as_table, build, choose, refuse_unknown, to_table
 from stokesfibers.fiber.parameters import Fiber
-from stokesfibers.problem.engine import PaperEngine
+from stokesfibers.problem.engine import ENGINES, PaperEngine, SpectralEngine
 from stokesfibers.problem.flow_tables import Source, flow_from_table, flow_to_table
 from stokesfibers.problem.interaction_tables import (
-    CONSTRAINT_KEYS,
+    SOLVER_KEYS,
     interaction_parts,
     interaction_tables,
 )
@@ -33,6 +33,7 @@ TABLES = (
     "load",
 )
 """Top-level keys that describe the problem; a case file has others beside them."""
+_OTHER_KEYS = {"discretization": (), "stepping": ("until",), "constraint": SOLVER_KEYS}
 
 
 def problem_from_tables(
@@ -65,15 +66,11 @@ def problem_from_tables(
         "mobility": _mobility(as_table(tables.get("model", {}), "model")),
         **interaction_parts(tables),
     }
-    engine = _engine(tables)
     try:
-        engine = engine.resolved(flow.rate_scale())
+        return Problem(**parts, engine=_engine(tables), **fluid)
     except InputError as error:
-        raise error.at({"beta": "constraint", "dt": "stepping"}[error.where]) from None
-    try:
-        return Problem(**parts, engine=engine, **fluid)
-    except InputError as error:
-        raise (error.at("fluid") if error.where in ("mu_bar", "viscosity") else error) from None
+        places = {"mu_bar": "fluid", "viscosity": "fluid", **_engine_type(tables).places}
+        raise (error.at(places[error.where]) if error.where in places else error) from None
 
 
 def problem_to_tables(problem: Problem) -> Table:
@@ -84,10 +81,15 @@ def problem_to_tables(problem: Problem) -> Table:
     """
     mobility = problem.mobility
     model: Table = {"mobility": mobility.kind}
-    if isinstance(mobility, NonLocal):
+    if isinstance(mobility, NonLocal) and mobility.regularization is not None:
         model["regularization"] = to_table(mobility.regularization)
     fluid = {"mu_bar": problem.mu_bar, "viscosity": problem.viscosity}
     several = interaction_tables(problem)
+    engine: dict[str, Table] = {"discretization": {}, "stepping": {}, "constraint": {}}
+    for name, place in problem.engine.places.items():
+        value = getattr(problem.engine, name)
+        if value is not None:
+            engine[place][name] = value
     return {
         "engine": problem.engine.kind,
         "fiber": [to_table(kind) for kind in problem.kinds],
@@ -95,10 +97,10 @@ def problem_to_tables(problem: Problem) -> Table:
         "flow": flow_to_table(problem.flow),
         "domain": several["domain"],
         "model": model | several["model"],
-        "constraint": {"beta": problem.engine.beta} | several["constraint"],
+        "constraint": engine["constraint"] | several["constraint"],
         "load": several["load"],
-        "discretization": {"intervals": problem.engine.intervals},
-        "stepping": {"dt": problem.engine.dt},
+        "discretization": engine["discretization"],
+        "stepping": engine["stepping"],
     }
 
 
@@ -125,27 +127,29 @@ def _mobility(table: Table) -> AbstractMobility:
         return LocalDrag()
     if kind != NonLocal.kind:
         raise InputError("model.mobility", "nonlocal or local_drag", repr(kind))
+    if "regularization" not in table:
+        return NonLocal()
     where = "model.regularization"
-    chosen = as_table(table.get("regularization", {"kind": "paper"}), where)
+    chosen = as_table(table["regularization"], where)
     return NonLocal(choose(REGULARIZATIONS, chosen, where))
 
 
-def _engine(tables: Mapping[str, Any]) -> PaperEngine:
-    kind = tables.get("engine", "paper")
-    if kind != PaperEngine.kind:
-        raise InputError("engine", "'paper'", repr(kind))
+def _engine_type(tables: Mapping[str, Any]) -> type[PaperEngine] | type[SpectralEngine]:
+    kind = tables.get("engine", PaperEngine.kind)
+    if not isinstance(kind, str) or kind not in ENGINES:
+        raise InputError("engine", f"one of {', '.join(ENGINES)}", repr(kind))
+    return ENGINES[kind]
+
+
+def _engine(tables: Mapping[str, Any]) -> PaperEngine | SpectralEngine:
+    chosen = _engine_type(tables)
     arguments: Table = {}
-    places = {
-        "intervals": ("discretization", ("intervals",)),
-        "dt": ("stepping", ("dt", "until")),
-        "beta": ("constraint", CONSTRAINT_KEYS),
-    }
-    for name, (where, known) in places.items():
-        table = as_table(tables.get(where, {}), where)
-        refuse_unknown(table, known, where)
-        if name in table:
-            arguments[name] = table[name]
+    for place, others in _OTHER_KEYS.items():
+        table = as_table(tables.get(place, {}), place)
+        own = [name for name, where in chosen.places.items() if where == place]
+        refuse_unknown(table, (*own, *others), place)
+        arguments.update({name: table[name] for name in own if name in table})
     try:
-        return PaperEngine(**arguments)
+        return chosen(**arguments)
     except InputError as error:
-        raise error.at(places[error.where][0]) from None
+        raise error.at(chosen.places[error.where]) from None

@@ -8,7 +8,7 @@ a finite-part operator, which are zero for the purely local model. The velocity 
 from __future__ import annotations
 
 import abc
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from math import log
 from typing import ClassVar
@@ -54,6 +54,10 @@ class AbstractMobility(abc.ABC):
     def local(self, eps: float) -> LocalOperator:
         """Return the local operator for slenderness `eps`."""
 
+    def resolved(self, regularization: AbstractRegularization) -> AbstractMobility:  # noqa: ARG002
+        """Return the mobility with an engine's own `regularization` where it has none."""
+        return self
+
     @abc.abstractmethod
     def weights(self, intervals: int, eps: float) -> FinitePartWeights:
         """Return the weights of the finite-part operator on `intervals` equal intervals."""
@@ -66,10 +70,10 @@ class NonLocal(AbstractMobility):
     Attributes
     ----------
     regularization
-        delta(s) of the finite-part operator.
+        delta(s) of the finite-part operator; None for that of the engine.
     """
 
-    regularization: AbstractRegularization = field(default_factory=PaperRegularization)
+    regularization: AbstractRegularization | None = None
     kind: ClassVar[str] = "nonlocal"
     citation: ClassVar[str] = "Keller & Rubinow 1976; Johnson 1980; Tornberg & Shelley 2004, (2)"
 
@@ -77,8 +81,11 @@ class NonLocal(AbstractMobility):
         c = slenderness_constant(eps)
         return LocalOperator(a=2.0 - c, b=-(2.0 + c))
 
+    def resolved(self, regularization: AbstractRegularization) -> NonLocal:
+        return self if self.regularization is not None else NonLocal(regularization)
+
     def weights(self, intervals: int, eps: float) -> FinitePartWeights:
-        return _cached_weights(self.regularization, intervals, eps)
+        return _cached_weights(self.regularization or PaperRegularization(), intervals, eps)
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ SETTINGS = [
     ("initial.centre=[0.0, 0.0, 'x']", "initial.centre[2]: expected a finite number"),
     ("discretization.intervals=20.5", "discretization.intervals: expected a whole number"),
     ("model.regularization.allow_small_m='no'", "model.regularization"),
-    ("engine=['paper']", "engine: expected 'paper'"),
+    ("engine=['paper']", "engine: expected one of paper, spectral"),
     # unknown and missing
     ("fiber.lenght=1.0", "fiber.lenght: expected one of"),
     ("fluids.mu_bar=1.0", "fluids: expected one of"),
@@ -35,7 +35,7 @@ SETTINGS = [
     ("flow={kind='sum', flows=[]}", "flow.flows: expected a list of flow tables"),
     ("flow={kind='sum', flows=[{kind='sheer'}]}", "flow.flows[0].kind"),
     ("flow={kind='oscillatory_shear'}", "flow.frequency: expected a value"),
-    ("engine='spectral'", "engine: expected 'paper'"),
+    ("engine='spectrel'", "engine: expected one of paper, spectral"),
     ("domain.kind='periodic'", "domain.periods: expected a value"),
     (
         "domain={kind='periodic', periods=[0.5, 0, 0]}",

@@ -78,7 +78,7 @@ def test_shipped_cases_fit(file, schema):
         {"stepping": {"dt": 0.1}},
         {"stepping": {"dt": "0.1", "until": 1.0}},
         {"record": {"points": 10.5}},
-        {"engine": "spectral"},
+        {"engine": "spectrel"},
     ],
     ids=str,
 )

@@ -22,8 +22,9 @@ from stokesfibers.flow import (
     Uniform,
     UserFlow,
 )
-from stokesfibers.problem import checks
-from stokesfibers.problem.checks import Plan, doubts
+from stokesfibers.problem import checks, engine_checks
+from stokesfibers.problem.checks import doubts
+from stokesfibers.problem.doubt import Plan
 from stokesfibers.problem.engine import PaperEngine
 from stokesfibers.problem.groups import BUCKLING_THRESHOLD, compressive_rate, groups
 from stokesfibers.problem.problem import Problem
@@ -67,12 +68,12 @@ def test_large_step_goes_with_spacing_and_rate(rate):
     dt = 1.28 / (50 * abs(rate))
     for factor, doubted in ((1.0, False), (1.001, True)):
         problem = replace(PAPERS_RUN, flow=Shear(rate), engine=PaperEngine(50, factor * dt, 0.0))
-        assert bool(list(checks.large_step(problem))) is doubted
+        assert bool(list(engine_checks.large_step(problem))) is doubted
 
 
 def test_no_rate_no_advice_on_the_step():
     problem = replace(PAPERS_RUN, flow=NoFlow(), engine=PaperEngine(50, 10.0, 0.0))
-    assert list(checks.large_step(problem)) == []
+    assert list(engine_checks.large_step(problem)) == []
 
 
 @pytest.mark.parametrize(("beta_dt", "doubted"), [(0.62, False), (0.72, True)])
@@ -85,7 +86,7 @@ def test_unstable_penalty_limit_is_the_schemes(beta_dt, doubted):
         flow=Shear(),
         engine=PaperEngine(8, beta_dt / beta, beta),
     )
-    assert bool(list(checks.unstable_penalty(problem))) is doubted
+    assert bool(list(engine_checks.unstable_penalty(problem))) is doubted
     shape = curves.nearly_straight(problem.fibers[0])
     result = simulate(problem, shape, until=25.0, record=every(10.0))
     assert result.status.code == ("failed" if doubted else "done")
@@ -95,7 +96,7 @@ def test_unstable_penalty_limit_is_the_schemes(beta_dt, doubted):
 def test_few_intervals_on_the_buckling_wave(intervals, doubted):
     """At mu_bar = 4e5 the wave is 2 pi sqrt(32 |c| / (mu_bar / 2)) = 0.2845 long: 56.2 needed."""
     problem = replace(PAPERS_RUN, mu_bar=4e5, engine=PaperEngine(intervals))
-    found = list(checks.few_intervals(problem, plan_of(problem)))
+    found = list(engine_checks.few_intervals(problem, plan_of(problem)))
     assert bool(found) is doubted
     if doubted:
         assert "Take 57 intervals or more" in found[0].remedy
@@ -103,7 +104,7 @@ def test_few_intervals_on_the_buckling_wave(intervals, doubted):
 
 def test_fiber_that_does_not_buckle_needs_no_intervals_for_it():
     problem = replace(PAPERS_RUN, mu_bar=3000.0, engine=PaperEngine(8))
-    assert list(checks.few_intervals(problem, plan_of(problem))) == []
+    assert list(engine_checks.few_intervals(problem, plan_of(problem))) == []
 
 
 @pytest.mark.parametrize(("intervals", "doubted"), [(20, False), (21, True)])
@@ -111,7 +112,7 @@ def test_intervals_below_the_radius(intervals, doubted):
     problem = replace(
         PAPERS_RUN, fiber=Fiber(radius=0.1, length=2.0), engine=PaperEngine(intervals)
     )
-    assert bool(list(checks.fine_grid(problem))) is doubted
+    assert bool(list(engine_checks.fine_grid(problem))) is doubted
 
 
 @pytest.mark.parametrize(
@@ -132,7 +133,7 @@ def test_resolution_limit_of_the_regularisations(regularization, intervals, said
         mobility=NonLocal(regularization),
         engine=PaperEngine(intervals),
     )
-    found = list(checks.lost_positivity(problem))
+    found = list(engine_checks.lost_positivity(problem))
     if said is None:
         assert found == []
     else:
@@ -142,7 +143,7 @@ def test_resolution_limit_of_the_regularisations(regularization, intervals, said
 
 def test_local_drag_has_no_resolution_limit():
     problem = replace(PAPERS_RUN, fiber=Fiber(slenderness=1e-2), mobility=LocalDrag())
-    assert list(checks.lost_positivity(problem)) == []
+    assert list(engine_checks.lost_positivity(problem)) == []
 
 
 @pytest.mark.parametrize(("amplitude", "doubted"), [(0.0, False), (-1e-4, True)])
@@ -155,9 +156,9 @@ def test_no_regularisation_is_for_straight_fibers(amplitude, doubted):
 
 
 def test_end_that_the_step_does_not_divide():
-    (doubt,) = checks.undivided_end(PAPERS_RUN, plan_of(PAPERS_RUN, until=1.0))
+    (doubt,) = engine_checks.undivided_end(PAPERS_RUN, plan_of(PAPERS_RUN, until=1.0))
     assert "t = 1.0112" in doubt.remedy  # 79 steps of 0.0128
-    assert list(checks.undivided_end(PAPERS_RUN, plan_of(PAPERS_RUN))) == []
+    assert list(engine_checks.undivided_end(PAPERS_RUN, plan_of(PAPERS_RUN))) == []
 
 
 @pytest.mark.parametrize(
@@ -184,7 +185,7 @@ def test_memory_of_this_machine(monkeypatch):
 
 def test_doubt_reads_as_one_line_with_numbers_and_remedy():
     problem = replace(PAPERS_RUN, engine=PaperEngine(100, 0.025, 20.0))
-    (doubt,) = checks.large_step(problem)
+    (doubt,) = engine_checks.large_step(problem)
     assert str(doubt) == (
         "stepping.dt: a step larger than in the paper's runs, which may be unstable "
         "(dt = 0.025, 1.28 / (intervals x rate) = 0.0128). Take dt = 0.0128 or less."

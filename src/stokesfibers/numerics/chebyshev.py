@@ -1,0 +1,59 @@
+"""Chebyshev points on [0, L], both ends included: quadrature and interpolation of any accuracy.
+
+Where a spectral engine shows its fibers: weights of Clenshaw & Curtis (Trefethen 2008),
+interpolation by the barycentric formula (Berrut & Trefethen 2004).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from stokesfibers.core.arrays import Array
+
+
+@dataclass(frozen=True)
+class ChebyshevGrid:
+    """Points s_j = L (1 - cos(pi j / n)) / 2, j = 0 ... n.
+
+    Attributes
+    ----------
+    length
+        L.
+    intervals
+        n, even.
+    """
+
+    length: float
+    intervals: int
+
+    @cached_property
+    def nodes(self) -> Array:
+        """Arclength of the points, (node,)."""
+        angle = np.pi * np.arange(self.intervals + 1) / self.intervals
+        return 0.5 * self.length * (1.0 - np.cos(angle))
+
+    @cached_property
+    def weights(self) -> Array:
+        """Quadrature weights in arclength, (node,)."""
+        n = self.intervals
+        angle = np.pi * np.arange(n + 1) / n
+        k = np.arange(1, n // 2 + 1)
+        share = np.where(k == n // 2, 1.0, 2.0) / (4.0 * k**2 - 1.0)
+        weights = (1.0 - np.cos(2.0 * np.outer(angle, k)) @ share) * 2.0 / n
+        weights[[0, -1]] *= 0.5
+        return 0.5 * self.length * weights
+
+    def interpolate(self, values: Array, s: Array) -> Array:
+        """Return nodal values (node, ...) at arclengths s (point,), (point, ...)."""
+        away = np.asarray(s)[:, None] - self.nodes
+        at_node = np.abs(away) <= 1e-15 * self.length
+        signs = (-1.0) ** np.arange(self.intervals + 1)
+        signs[[0, -1]] *= 0.5
+        table = signs / np.where(at_node, 1.0, away)
+        table /= table.sum(axis=1, keepdims=True)
+        hit = at_node.any(axis=1)
+        table[hit] = at_node[hit]
+        return np.tensordot(table, values, axes=1)

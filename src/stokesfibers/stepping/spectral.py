@@ -1,0 +1,290 @@
+"""Linearly implicit difference formulas of order 1 to 5 for positions and tensions together, (20).
+
+With x and T extrapolated to the new time, (x*, T*), one dense system per fiber is solved for both:
+
+    8 pi mu (x_t - U) = -M* (f - g),   f = E x_ssss - [T* x_s + (T - T*) x*_s]_s,
+    x*_s . x_s = (1 + |x*_s|^2) / 2,
+
+where x_t is the backward difference formula, U is linearised about x*, and M* = Lambda + K_delta at
+x*. Then ``|x_s|^2 - 1 = |x_s - x*_s|^2``: the length errs by the square of a step's error and does
+not drift. More Newton passes repeat the step about its own result. Steps depend on the carry alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from stokesfibers.core.arrays import Array, Points, Positions
+from stokesfibers.core.errors import InputError
+from stokesfibers.core.parallel import Workers
+from stokesfibers.flow import AbstractFlow
+from stokesfibers.kernels import spectral as kernels
+from stokesfibers.numerics import bdf
+from stokesfibers.numerics.step_control import AbstractStepControl
+from stokesfibers.slender.spectral import SpectralFiber
+from stokesfibers.stepping.base import StepError
+from stokesfibers.stepping.report import StepReport
+from stokesfibers.stepping.spectral_carry import DEPTH, Carry, State, combined, pushed
+
+_NOISE = 1e-15  # rounding of positions: what the bend is measured against at least
+_STRAIGHT = 1e-9  # a bend, over the length, below which a fiber counts as straight
+_SHARE = 0.2  # error allowed to positions, over that allowed to the relative bend
+_MOST_TRIES = 40
+_EULER_MODE = 500.6  # 4.73^4: slowest bending rate of a free rod
+
+Load = Callable[[Positions, float], Positions]
+"""External force per length at positions (fiber, node, space) and a time."""
+
+
+@dataclass(frozen=True)
+class _Try:
+    """A solved step before it is judged."""
+
+    state: State
+    offsets: list[float]
+    predictors: list[list[float]]
+    ratio: Array
+    solved: float
+
+
+class SpectralStepper:
+    """Advances fibers, each alone in the flow, by formulas of order 1 to 5.
+
+    Parameters
+    ----------
+    fibers
+        The discretised fibers, all with the same number of nodes.
+    drag
+        8 pi mu.
+    flow
+        Background flow.
+    control
+        `AdaptiveSteps` or `FixedSteps`.
+    newton_passes
+        1 for the linearly implicit step; 2 brings the length error to rounding.
+    load
+        External force per length; None for none.
+    threads
+        Threads that fibers are spread over; None for all cores. Results do not depend on it.
+    """
+
+    def __init__(
+        self,
+        fibers: tuple[SpectralFiber, ...],
+        *,
+        drag: float,
+        flow: AbstractFlow,
+        control: AbstractStepControl,
+        newton_passes: int = 1,
+        load: Load | None = None,
+        threads: int | None = None,
+    ) -> None:
+        if not fibers or len({f.count for f in fibers}) > 1:
+            raise InputError("fibers", "one fiber or more, all with as many nodes", len(fibers))
+        if newton_passes < 1:
+            raise InputError("newton_passes", "1 or more", newton_passes)
+        self.fibers = fibers
+        self.flow = flow
+        self.control = control
+        self._drag = drag
+        self._passes = newton_passes
+        self._load = load
+        self._workers = Workers(threads)
+        self._lengths = np.array([f.length for f in fibers])[:, None, None]
+        self._no_load = np.zeros((3, fibers[0].count))
+        self._tables = [f.kernel_tables for f in fibers]
+        self._drags = [f.drag_number(drag) for f in fibers]
+
+    def init(self, positions: tuple[Callable[[Array], Points], ...]) -> Carry:
+        """Return the carry at time 0 from one function per fiber: fractions (n,) to points (n, 3).
+
+        The tension is that of the constraint at rest: no stretching at the initial velocity.
+        """
+        if len(positions) != len(self.fibers):
+            raise InputError("positions", f"{len(self.fibers)} curves", len(positions))
+        modes = np.stack([f.fit(p) for f, p in zip(self.fibers, positions, strict=True)])
+        count, n = len(self.fibers), self.fibers[0].count
+        rest = State(modes, np.zeros((count, n - 1)))
+        velocity, tensions, ratio = self._solve(rest, 0.0 * modes, 0.0, alpha=1.0, implicit=0.0)
+        history = np.zeros((count, DEPTH, 3, n))
+        pulls = np.zeros((count, DEPTH, n - 1))
+        history[:, 0], pulls[:, 0] = modes, tensions
+        return Carry(
+            step=0,
+            times=np.zeros(DEPTH),
+            modes=history,
+            tensions=pulls,
+            next_size=np.array([self.control.first(self._rate(velocity))]),
+            counters=np.array([1, 0, 1, 0, 0]),
+            ratio=ratio,
+        )
+
+    def step(self, carry: Carry) -> tuple[Carry, StepReport]:
+        """Return the carry one step later and a report.
+
+        Raises
+        ------
+        StepError
+            If no try succeeds.
+        """
+        started = perf_counter()
+        order, _, known, settled, rejected = (int(c) for c in carry.counters)
+        size, solving = float(carry.next_size[0]), 0.0
+        for tries in range(_MOST_TRIES):
+            if carry.time + size == carry.time:
+                break
+            tried, errors = self._attempt(carry, size, order)
+            verdict = self.control.judge(errors, size, order, 0 if tries else settled)
+            if tried is None:
+                size = verdict.size
+                continue
+            solving += tried.solved
+            if verdict.accepted:
+                settled = settled + 1 if verdict.order == order and not tries else 0
+                state = min(DEPTH, known + 1), settled, rejected + tries
+                ahead = Carry(
+                    step=carry.step + 1,
+                    times=np.concatenate([[carry.time + size], carry.times[:-1]]),
+                    modes=pushed(tried.state.modes, carry.modes),
+                    tensions=pushed(tried.state.tensions, carry.tensions),
+                    next_size=np.array([verdict.size]),
+                    counters=np.array([verdict.order, order, *state]),
+                    ratio=tried.ratio,
+                )
+                wall_time = (solving, perf_counter() - started - solving)
+                report = StepReport(ahead.time, size, order, wall_time, tries, self._passes)
+                return ahead, report
+            size = verdict.size
+        raise StepError(
+            f"No step from t = {carry.time:.6g} succeeds, however short",
+            "Take more discretization.nodes, or a smaller stepping.rtol or dt",
+        )
+
+    def interpolate(self, carry: Carry, t: float) -> State:
+        """Return the state at a time `t` within the last step, by the formula's own polynomial.
+
+        Raises
+        ------
+        InputError
+            If `t` lies outside the last step.
+        """
+        first, last = (carry.time, carry.time) if carry.step == 0 else carry.times[1::-1]
+        if not first <= t <= last:
+            raise InputError("t", f"a time from {first:.17g} to {last:.17g}", t)
+        if t == last:
+            return State(carry.modes[:, 0], carry.tensions[:, 0])
+        points = min(carry.known, int(carry.counters[1]) + 1)
+        offsets = [last - back for back in carry.times[:points].tolist()]
+        weights = np.array(bdf.value_weights(offsets, last - t))
+        return State(combined(weights, carry.modes), combined(weights, carry.tensions))
+
+    def velocity(self, state: State, t: float) -> Array:
+        """Return x_t of the model at the nodes for given positions and tensions, (fiber, 3, N)."""
+        flow, _, load = self._surroundings(state.modes, t)
+        out = np.empty_like(state.modes)
+        for k, fiber in enumerate(self.fibers):
+            s = fiber.sigma * fiber.length
+            force = fiber.force(state.modes[k], state.tensions[k], s)
+            force -= load[k] * fiber.rigidity / fiber.length**3
+            resisted, _ = fiber.mobility_velocity(state.modes[k], force)
+            out[k] = fiber.length * flow[k] - resisted / self._drag
+        return out
+
+    def _rate(self, velocity: Array) -> float:
+        """Return a rate of change from the initial velocity modes, or from the bending rates."""
+        fastest = 0.0
+        for fiber, modes, drag in zip(self.fibers, velocity, self._drags, strict=True):
+            shift = float(np.abs(modes @ fiber.tables[0].T).max())
+            bending = _EULER_MODE * (fiber.local.a + fiber.local.b) / drag
+            fastest = max(fastest, shift, bending)
+        return fastest
+
+    def _attempt(self, carry: Carry, size: float, order: int) -> tuple[_Try | None, dict]:
+        """Return a step of `size` and `order` with its errors by order; None if it failed."""
+        wanted = self.control.orders(order, carry.known)
+        t = carry.time + size
+        offsets = [t - back for back in carry.times[: carry.known].tolist()]
+        predictors = bdf.extrapolations(offsets)
+        if carry.known > order:
+            value = predictors[order]
+            rate = bdf.predicted_rate_weights(order, offsets, predictors)
+        else:  # the first step starts from the state itself
+            value, rate = [1.0], [0.0]
+        alpha = bdf.leading_coefficient(order, offsets)
+        guess = State(combined(value, carry.modes), combined(value, carry.tensions))
+        moving = combined(rate, carry.modes)
+        solving = perf_counter()
+        ratio = carry.ratio
+        try:
+            for _ in range(self._passes):
+                shift, pull, ratio = self._solve(guess, moving, t, alpha=alpha, implicit=1.0)
+                guess = State(guess.modes + shift, guess.tensions + pull)
+                moving = moving + alpha * shift
+        except np.linalg.LinAlgError:  # not finite, or singular
+            return None, dict.fromkeys((order,), float("inf"))
+        tried = _Try(guess, offsets, predictors, ratio, perf_counter() - solving)
+        return tried, self._errors(carry, tried, wanted)
+
+    def _errors(self, carry: Carry, tried: _Try, orders: tuple[int, ...]) -> dict[int, float]:
+        """Return the local errors by order, in units of what a step may commit."""
+        if not orders:
+            return {}
+        weights = np.zeros((len(orders), DEPTH))
+        scales = np.empty(len(orders))
+        for r, q in enumerate(orders):
+            weights[r, : q + 1] = tried.predictors[q]
+            scales[r] = bdf.error_factor(q, tried.offsets)
+        allowed = self.control.step_tolerance
+        worst = np.zeros(len(orders))
+        for k, fiber in enumerate(self.fibers):
+            norms = kernels.step_norms(
+                weights, scales, carry.modes[k], tried.state.modes[k], fiber.tables
+            )
+            bend = allowed * max(norms[-1, 1], _STRAIGHT) + _NOISE * max(1.0, norms[-1, 0])
+            errors = np.maximum(norms[:-1, 0] / (_SHARE * allowed), norms[:-1, 1] / bend)
+            worst = np.where(errors > worst, errors, worst) if np.isfinite(errors).all() else errors
+        return dict(zip(orders, worst.tolist(), strict=True))
+
+    def _solve(
+        self, state: State, rate: Array, t: float, *, alpha: float, implicit: float
+    ) -> tuple[Array, Array, Array]:
+        """Return increments of modes and tensions and the series' ratio; see the kernel."""
+        flow, gradient, load = self._surroundings(state.modes, t)
+        shift, pull = np.empty_like(state.modes), np.empty_like(state.tensions)
+        ratio = np.empty(len(self.fibers))
+
+        def one(k: int) -> None:
+            shift[k], pull[k], ratio[k] = kernels.solve_increment(
+                state.modes[k],
+                state.tensions[k],
+                rate[k],
+                flow[k],
+                gradient[k],
+                load[k],
+                alpha,
+                implicit,
+                self._drags[k],
+                *self._tables[k],
+            )
+
+        self._workers.for_each(len(self.fibers), one)
+        return shift, pull, ratio
+
+    def _surroundings(self, modes: Array, t: float) -> tuple[Array, Array, Array | list[Array]]:
+        """Return U / L (fiber, 3, N), grad U (fiber, N, 3, 3) and load L^3 / E (fiber, 3, N)."""
+        tables = [f.tables[0].T for f in self.fibers]
+        x = np.stack([m @ table for m, table in zip(modes, tables, strict=True)])
+        points = np.ascontiguousarray((self._lengths * x).transpose(0, 2, 1))
+        flow = np.ascontiguousarray(
+            (self.flow.velocity(points, t) / self._lengths).transpose(0, 2, 1)
+        )
+        gradient = np.ascontiguousarray(self.flow.gradient(points, t))
+        if self._load is None:
+            return flow, gradient, [self._no_load] * len(self.fibers)
+        units = np.array([f.length**3 / f.rigidity for f in self.fibers])[:, None, None]
+        load = np.ascontiguousarray((units * self._load(points, t)).transpose(0, 2, 1))
+        return flow, gradient, load
