@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 from numpy.polynomial import Chebyshev
 
 from stokesfibers.core.arrays import Array
@@ -138,3 +139,18 @@ def advance(problem: Problem, positions: Array, steps: int) -> tuple[PaperSteppe
     for _ in range(steps):
         carry, _ = stepper.step(carry)
     return stepper, carry
+
+
+def assert_same(found: xr.DataTree, whole: xr.DataTree) -> None:
+    """Assert that everything recorded but wall times is bitwise the same."""
+    compared = 0
+    for group in ("trajectory", "observables", "numerics"):
+        one, other = found[group].to_dataset(), whole[group].to_dataset()
+        assert set(one.variables) == set(other.variables)
+        for name in set(one.variables) - {"wall_time", "space", "i", "j", "stage"}:
+            a, b = one[name].to_numpy(), other[name].to_numpy()
+            assert a.shape == b.shape, name
+            assert a.dtype == b.dtype, name
+            assert a.tobytes() == b.tobytes(), name
+            compared += 1
+    assert compared > 15

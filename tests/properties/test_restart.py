@@ -27,6 +27,7 @@ from stokesfibers.problem.problem import Problem
 from stokesfibers.run.advance import Moment
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.run.simulate import Result, resume, simulate
+from support import assert_same
 
 STEPS = 60
 DT = 0.0125
@@ -38,28 +39,12 @@ PROBLEM = Problem(
 )
 # Neither interval is a multiple of the step, and checkpoints are rarer than positions.
 RECORD = Schedule(0.07, 0.03, checkpoint_every=0.2)
-GROUPS = ("trajectory", "observables", "numerics")
 PROGRAM = [sys.executable, "-c", "from stokesfibers.cli.main import main; main()"]
 
 
 def start(out: Path | None, until: float = STEPS * DT, watch=None) -> Result:
     shape = curves.nearly_straight(PROBLEM.fibers[0], angle=2.3, amplitude=0.2)
     return simulate(PROBLEM, shape, until=until, record=RECORD, out=out, watch=watch)
-
-
-def assert_same(found: xr.DataTree, whole: xr.DataTree) -> None:
-    """Assert that everything recorded but wall times is bitwise the same."""
-    compared = 0
-    for group in GROUPS:
-        one, other = found[group].to_dataset(), whole[group].to_dataset()
-        assert set(one.variables) == set(other.variables)
-        for name in set(one.variables) - {"wall_time", "space", "i", "j", "stage"}:
-            a, b = one[name].to_numpy(), other[name].to_numpy()
-            assert a.shape == b.shape, name
-            assert a.dtype == b.dtype, name
-            assert a.tobytes() == b.tobytes(), name
-            compared += 1
-    assert compared > 15
 
 
 @pytest.fixture(scope="module")

@@ -59,7 +59,8 @@ def _case_rows(case: Case) -> Iterator[Row]:
     model = tables["model"]
     yield "model", f"{model['mobility']}; regularization {_pairs(model.get('regularization', {}))}"
     yield "initial", _pairs(tables["initial"])
-    engine = {**tables["discretization"], "dt": tables["stepping"]["dt"], **tables["constraint"]}
+    steps = {k: v for k, v in tables["stepping"].items() if k != "until"}
+    engine = {**tables["discretization"], **steps, **tables["constraint"]}
     yield "engine", f"{tables['engine']}, {_pairs(engine)}"
     yield "until", number(case.until)
 

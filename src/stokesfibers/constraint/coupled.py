@@ -14,7 +14,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
-from scipy.sparse.linalg import LinearOperator, gmres
 
 from stokesfibers.core import checks
 from stokesfibers.core.arrays import Array
@@ -141,6 +140,8 @@ class Krylov(AbstractTensionSolver):
         checks.whole("most", self.most, 1)
 
     def solve(self, system: CoupledSystem, start: Array) -> tuple[Array, int]:
+        from scipy.sparse.linalg import LinearOperator, gmres  # slow to import
+
         factors = system.factors()
         shape = start.shape
 

@@ -154,6 +154,15 @@ _NUMERICS: tuple[tuple[str, tuple[str, ...], str, str, str, str], ...] = (
     ("rejected", ("step",), "1", "n_r", "rejected tries of the step", "int64"),
     ("iterations", ("step",), "1", "n_i", "tension iterations", "int64"),
     ("wall_time", ("step", "stage"), "s", "t_w", "wall time by stage", "float64"),
+    ("nodes", ("step",), "1", "N", "nodes per fiber", "int64"),
+    (
+        "spatial_error",
+        ("step",),
+        "1",
+        r"\epsilon_s",
+        "estimated relative error through lack of nodes",
+        "float64",
+    ),
 )
 
 for _name, _dims, *_rest in _TRAJECTORY:

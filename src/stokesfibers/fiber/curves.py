@@ -10,7 +10,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from stokesfibers.core import checks
 from stokesfibers.core.arrays import Array, Points
@@ -165,6 +164,8 @@ def through_points(points: object, *, where: str = "points") -> Curve:
         raise InputError(where, "distinct neighbouring points", "two points in one place")
     knots = np.concatenate([[0.0], np.cumsum(chords)]) / chords.sum()
     knots[-1] = 1.0
+    from scipy.interpolate import make_interp_spline  # slow to import, and rarely needed
+
     spline = make_interp_spline(knots, array, k=5)
     return Curve(spline, spline.derivative())
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.stats import vonmises_fisher
 
 from stokesfibers.core import checks
 from stokesfibers.core.arrays import Array, Points
@@ -94,6 +93,8 @@ class VonMisesFisher(AbstractOrientation):
         checks.positive("concentration", self.concentration)
 
     def sample(self, count: int, random: np.random.Generator) -> Points:
+        from scipy.stats import vonmises_fisher  # slow to import, and rarely needed
+
         kappa: Any = self.concentration
         spread = vonmises_fisher(np.array(self.axis), kappa)
         drawn = spread.rvs(count, random_state=random)

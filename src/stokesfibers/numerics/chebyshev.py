@@ -7,11 +7,11 @@ interpolation by the barycentric formula (Berrut & Trefethen 2004).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import lru_cache
 
 import numpy as np
 
-from stokesfibers.core.arrays import Array
+from stokesfibers.core.arrays import Array, as_float
 
 
 @dataclass(frozen=True)
@@ -29,22 +29,15 @@ class ChebyshevGrid:
     length: float
     intervals: int
 
-    @cached_property
+    @property
     def nodes(self) -> Array:
         """Arclength of the points, (node,)."""
-        angle = np.pi * np.arange(self.intervals + 1) / self.intervals
-        return 0.5 * self.length * (1.0 - np.cos(angle))
+        return self.length * _unit(self.intervals)[0]
 
-    @cached_property
+    @property
     def weights(self) -> Array:
         """Quadrature weights in arclength, (node,)."""
-        n = self.intervals
-        angle = np.pi * np.arange(n + 1) / n
-        k = np.arange(1, n // 2 + 1)
-        share = np.where(k == n // 2, 1.0, 2.0) / (4.0 * k**2 - 1.0)
-        weights = (1.0 - np.cos(2.0 * np.outer(angle, k)) @ share) * 2.0 / n
-        weights[[0, -1]] *= 0.5
-        return 0.5 * self.length * weights
+        return self.length * _unit(self.intervals)[1]
 
     def interpolate(self, values: Array, s: Array) -> Array:
         """Return nodal values (node, ...) at arclengths s (point,), (point, ...)."""
@@ -56,4 +49,15 @@ class ChebyshevGrid:
         table /= table.sum(axis=1, keepdims=True)
         hit = at_node.any(axis=1)
         table[hit] = at_node[hit]
-        return np.tensordot(table, values, axes=1)
+        return as_float(np.tensordot(table, values, axes=1))
+
+
+@lru_cache(maxsize=32)
+def _unit(n: int) -> tuple[Array, Array]:
+    """Return points and quadrature weights on [0, 1]."""
+    angle = np.pi * np.arange(n + 1) / n
+    k = np.arange(1, n // 2 + 1)
+    share = np.where(k == n // 2, 1.0, 2.0) / (4.0 * k**2 - 1.0)
+    weights = (1.0 - np.cos(2.0 * np.outer(angle, k)) @ share) / n
+    weights[[0, -1]] *= 0.5
+    return 0.5 * (1.0 - np.cos(angle)), weights

@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from stokesfibers.core.arrays import Array
 
@@ -94,6 +93,8 @@ class UniformGrid:
 
     def interpolate(self, values: Array, s: Array) -> Array:
         """Return nodal values (node, ...) at arclengths s (point,), by quintic splines."""
+        from scipy.interpolate import make_interp_spline  # slow to import, and rarely needed
+
         return make_interp_spline(self.nodes, values, k=5)(s)
 
     def stacked_differences(self) -> Array:

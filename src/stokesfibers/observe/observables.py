@@ -7,6 +7,7 @@ symbols are in ``core/variables.py``. Stresses are per fiber and not divided by 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from stokesfibers.slender.discrete import DiscreteFiber
 from stokesfibers.slender.sampled import radii
 
 
+@lru_cache(maxsize=1)
 def fiber_stress(snapshot: Snapshot) -> Array:
     """Return the extra stress (48) of each fiber, (fiber, 3, 3).
 
@@ -49,6 +51,7 @@ def fiber_stress_direct(snapshot: Snapshot) -> Array:
     return snapshot.integrate(values)
 
 
+@lru_cache(maxsize=1)  # several observables of a moment are parts of it
 def extra_stress(snapshot: Snapshot) -> Array:
     """Return the sum of the fibers' stresses and of the load's, (3, 3)."""
     load = snapshot.surroundings.load.stress(snapshot.loaded)

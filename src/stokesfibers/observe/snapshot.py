@@ -43,7 +43,7 @@ class Surroundings:
         return self.viscosity * self.flow.rate
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Snapshot:
     """Shapes and tensions at one time.
 

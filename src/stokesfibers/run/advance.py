@@ -128,7 +128,8 @@ def _advance(
     end = stepper.time(carry)
     if stepper.dense:
         end = min(end, goal.until)
-    return _done(end, goal.until, recorder.crossings), carry
+    note = stepper.note(recorder.spatial_error)
+    return _done(end, goal.until, recorder.crossings, note), carry
 
 
 def _crossings(stepper: AbstractStepper[C], carry: C, ahead: C) -> tuple[Crossing, ...]:
@@ -156,8 +157,8 @@ def _crossings(stepper: AbstractStepper[C], carry: C, ahead: C) -> tuple[Crossin
     return tuple(found)
 
 
-def _done(end: float, until: float, crossings: list[dict[str, Any]]) -> Status:
-    notes, hint = [], ""
+def _done(end: float, until: float, crossings: list[dict[str, Any]], note: str) -> Status:
+    notes, hint = [note] if note else [], ""
     if end - until > _ROUNDING * until:
         notes.append(
             f"The step does not divide until = {until:g}; the run ended with the next step"

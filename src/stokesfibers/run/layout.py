@@ -11,10 +11,10 @@ from stokesfibers.core.variables import lookup, registered
 from stokesfibers.io.layout import ArrayLayout
 from stokesfibers.observe.observables import recorded
 from stokesfibers.observe.snapshot import Snapshot
-from stokesfibers.stepping.report import STAGES, StepReport
+from stokesfibers.stepping.report import StepReport
 
 Records = dict[str, Array]
-LABELS = {"stage": STAGES}
+_STAGES = 2
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def layout(snapshot: Snapshot, points: OutputPoints) -> dict[str, ArrayLayout]:
         variable = lookup("observables", name.removeprefix("observables/"))
         arrays[name] = ArrayLayout(variable, values.shape[1:])
     for variable in registered("numerics"):
-        tail = (len(STAGES),) if "stage" in variable.dims else ()
+        tail = (_STAGES,) if "stage" in variable.dims else ()
         arrays[f"numerics/{variable.name}"] = ArrayLayout(variable, tail)
     return arrays
 
@@ -90,8 +90,15 @@ def step_records(reports: list[StepReport]) -> Records:
         "rejected": ("rejected", np.int64),
         "iterations": ("iterations", np.int64),
         "wall_time": ("wall_time", float),
+        "nodes": ("nodes", np.int64),
+        "spatial_error": ("spatial_error", float),
     }
     return {
         f"numerics/{name}": np.array([getattr(r, field) for r in reports], dtype=dtype)
         for name, (field, dtype) in columns.items()
     }
+
+
+def together(records: list[Records]) -> Records:
+    """Return records of several moments as one, in their order."""
+    return {name: np.concatenate([r[name] for r in records]) for name in records[0]}

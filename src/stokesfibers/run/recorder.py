@@ -6,6 +6,8 @@ import json
 from collections.abc import Mapping
 from typing import Any, Generic, Protocol
 
+import numpy as np
+
 from stokesfibers.core.status import Status
 from stokesfibers.domain.crossings import Crossing
 from stokesfibers.io.checkpoint import Checkpoint
@@ -14,6 +16,7 @@ from stokesfibers.run.layout import (
     Records,
     observable_records,
     step_records,
+    together,
     trajectory_records,
 )
 from stokesfibers.run.moment import snapshot
@@ -60,6 +63,8 @@ class Recorder(Generic[C]):
         Simulated time of the last commit.
     crossings
         Pairs of fibers that passed through each other, with the time.
+    spatial_error
+        Largest error through lack of nodes that a step reported.
     """
 
     def __init__(
@@ -79,6 +84,7 @@ class Recorder(Generic[C]):
         self.recorded = recorded
         self.committed = 0.0
         self.crossings: list[dict[str, Any]] = []
+        self.spatial_error = 0.0
 
     def start(self, carry: C) -> None:
         """Record the initial state and commit it."""
@@ -90,6 +96,7 @@ class Recorder(Generic[C]):
     def step(self, carry: C, report: StepReport, until: float) -> None:
         """Record what became due, up to `until`, in the step that led to `carry`."""
         self._reports.append(report)
+        self.spatial_error = float(np.fmax(self.spatial_error, report.spatial_error))
         self.catch_up(carry, until)
 
     def catch_up(self, carry: C, until: float) -> None:
@@ -98,13 +105,14 @@ class Recorder(Generic[C]):
         before, end = self.recorded, min(now, until) if self._stepper.dense else now
         self.recorded = max(before, end)
         schedule = self._schedule
-        for t in self._due(schedule.observables_interval, before, end):
-            self._sink.append(observable_records(snapshot(self._stepper, carry, t)))
+        seen = self._due(schedule.observables_interval, before, end)
+        if seen:
+            moments = (snapshot(self._stepper, carry, t) for t in seen)
+            self._sink.append(together([observable_records(moment) for moment in moments]))
         places = self._due(schedule.positions_every, before, end)
-        for t in places:
-            moment = snapshot(self._stepper, carry, t)
-            self._sink.append(trajectory_records(moment, self._points))
         if places:
+            moments = (snapshot(self._stepper, carry, t) for t in places)
+            self._sink.append(together([trajectory_records(m, self._points) for m in moments]))
             due = is_due(schedule.checkpoint_interval, self._saved, end)
             self.commit(carry if due else None, Status("running", end))
 
@@ -132,8 +140,12 @@ class Recorder(Generic[C]):
             self._reports = []
         checkpoint = None
         if carry is not None:
-            meta = {"step": carry.step, "recorded": self.recorded}
-            checkpoint = Checkpoint(carry.arrays(), meta)
+            meta = {
+                "step": carry.step,
+                "recorded": self.recorded,
+                "spatial_error": self.spatial_error,
+            }
+            checkpoint = Checkpoint(self._stepper.stored(carry), meta)
         self._sink.commit(status.to_dict(), checkpoint)
         self.committed = status.time
         if carry is not None:

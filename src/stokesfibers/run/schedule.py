@@ -23,7 +23,8 @@ class Schedule:
     checkpoint_every
         Restart points, written with the next positions; if None, with each of them.
     points
-        Output points per fiber, equally spaced in arclength; if None, the nodes.
+        Output points per fiber, equally spaced in arclength; if None, the nodes where they are so
+        spaced, else 101.
     """
 
     positions_every: float

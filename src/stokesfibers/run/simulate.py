@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import problem_from_tables, problem_to_tables
 from stokesfibers.run.advance import Goal, Moment, Watch, advance
 from stokesfibers.run.interrupt import stop_on_signal
-from stokesfibers.run.layout import LABELS, OutputPoints, layout
+from stokesfibers.run.layout import OutputPoints, layout
 from stokesfibers.run.memory import MemorySink
 from stokesfibers.run.moment import snapshot
 from stokesfibers.run.recorder import Recorder, Sink
@@ -36,6 +36,9 @@ from stokesfibers.run.schedule import Schedule
 from stokesfibers.run.start import Initial, first_carry, nodal_positions
 from stokesfibers.stepping.base import AbstractStepper, C
 from stokesfibers.stepping.engines import stepper_of
+
+OUTPUT_POINTS = 101
+"""Output points per fiber where neither the case nor the engine's nodes say how many."""
 
 
 @dataclass(frozen=True)
@@ -109,16 +112,18 @@ def simulate(
     checks.positive("until", until)
     with reproducible(), stop_on_signal() as wish:
         stepper = stepper_of(problem, threads)
+        record = resolved(record, stepper)
         carry = first_carry(stepper, initial)
         arrays = layout(snapshot(stepper, carry), OutputPoints(record.points))
         attributes = _attributes(problem, until, record, case)
         goal = Goal(until, wish, watch)
+        labels = {"stage": stepper.stages}
         if out is None:
-            memory = MemorySink(arrays, attributes, LABELS)
+            memory = MemorySink(arrays, attributes, labels)
             status = _begin(memory, record, stepper, carry, goal=goal)
             return Result(memory.tree(), status, problem)
         path = Path(out)
-        with RunStore.create(path, arrays, attributes, labels=LABELS, overwrite=overwrite) as store:
+        with RunStore.create(path, arrays, attributes, labels=labels, overwrite=overwrite) as store:
             status = _begin(store, record, stepper, carry, goal=goal)
         return Result(open_run(path), status, problem, path)
 
@@ -175,6 +180,8 @@ def resume(
             _note_resumption(store, case, end, now)
         recorder = Recorder(store, stepper, Schedule(**case["record"]), recorded=now)
         recorder.recall(store.attributes.get("crossings", "[]"), until=now)
+        if checkpoint is not None:
+            recorder.spatial_error = float(checkpoint.meta["spatial_error"])
         fresh = not store.lengths["observables"]
         status = advance(recorder, stepper, carry, Goal(end, wish, watch), fresh=fresh)
     return Result(open_run(where), status, problem, where)
@@ -188,6 +195,13 @@ def stored_case(store: RunStore) -> Table:
         raise StoreError(
             str(store.path), "a run with its case", "one without", "It cannot be resumed."
         ) from None
+
+
+def resolved(record: Schedule, stepper: AbstractStepper[C]) -> Schedule:
+    """Return the schedule with output points where the engine's nodes are not equally spaced."""
+    if record.points is None and stepper.dense:
+        return replace(record, points=OUTPUT_POINTS)
+    return record
 
 
 def _begin(

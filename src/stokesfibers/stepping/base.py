@@ -55,10 +55,13 @@ class AbstractStepper(abc.ABC, Generic[C]):
         What is solved.
     dense
         Whether the state is known between steps: records then fall on their exact times.
+    stages
+        Names of the two parts of a step whose wall time is reported.
     """
 
     problem: Problem
     dense: ClassVar[bool]
+    stages: ClassVar[tuple[str, str]]
 
     @abc.abstractmethod
     def start(self, curves: tuple[Curve, ...]) -> C:
@@ -73,6 +76,10 @@ class AbstractStepper(abc.ABC, Generic[C]):
         StepError, TensionError, numpy.linalg.LinAlgError
             If it cannot be taken.
         """
+
+    def stored(self, carry: C) -> dict[str, Array]:
+        """Return the arrays of a checkpoint; their shapes stay the same over a run."""
+        return carry.arrays()
 
     @abc.abstractmethod
     def restored(self, step: int, arrays: Mapping[str, Array]) -> C:
@@ -99,6 +106,10 @@ class AbstractStepper(abc.ABC, Generic[C]):
     @abc.abstractmethod
     def view(self, carry: C, t: float) -> View:
         """Return the fibers at a time `t` of the last step; its end unless `dense`."""
+
+    def note(self, spatial_error: float) -> str:  # noqa: ARG002
+        """Return what a run should say about its largest estimated error through lack of nodes."""
+        return ""
 
     @abc.abstractmethod
     def length_error(self, carry: C) -> float:

@@ -82,6 +82,7 @@ class PaperStepper(AbstractStepper[Carry]):
     """
 
     dense: ClassVar[bool] = False
+    stages: ClassVar[tuple[str, str]] = ("positions", "tension")
 
     def __init__(self, problem: Problem, threads: int | None = None) -> None:
         engine = problem.engine
@@ -185,7 +186,8 @@ class PaperStepper(AbstractStepper[Carry]):
         tension, slow, iterations = self._tension_and_slow(x, t, guess)
         wall_time = (moved - started, perf_counter() - moved)
         order = 1 if first else 2
-        report = StepReport(t, self._dt, order, wall_time, iterations=iterations)
+        nodes = self.fibers[0].grid.intervals + 1
+        report = StepReport(t, self._dt, order, wall_time, iterations=iterations, nodes=nodes)
         after = Carry(carry.step + 1, x, carry.x, tension, carry.tension, slow, carry.slow)
         return after, report
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-STAGES = ("positions", "tension")
-"""Parts of a step whose wall time is recorded."""
+from math import nan
 
 
 @dataclass(frozen=True)
@@ -21,11 +19,15 @@ class StepReport:
     order
         Order of the time discretisation.
     wall_time
-        Seconds spent in each of `STAGES`.
+        Seconds spent in each of the stepper's stages.
     rejected
         Tries that were thrown away before it.
     iterations
         Iterations of the tension solve; 1 for a direct solve.
+    nodes
+        Nodes per fiber.
+    spatial_error
+        Estimated relative error of the shapes through lack of nodes; NaN if the engine has none.
     """
 
     time: float
@@ -34,3 +36,5 @@ class StepReport:
     wall_time: tuple[float, ...]
     rejected: int = 0
     iterations: int = 1
+    nodes: int = 0
+    spatial_error: float = nan

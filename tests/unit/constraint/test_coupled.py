@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.support import assert_close
 
 from stokesfibers.constraint.coupled import (
     AbstractTensionSolver,
@@ -13,6 +12,7 @@ from stokesfibers.constraint.coupled import (
     Krylov,
     TensionError,
 )
+from support import assert_close
 
 SIZE = 3
 BOTH = pytest.mark.parametrize("solver", [FixedPoint(), Krylov()], ids=lambda s: s.kind)

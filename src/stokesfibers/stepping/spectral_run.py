@@ -1,0 +1,248 @@
+"""The high-order engine as the loop of a run wants it: nodes, views, length errors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import ClassVar
+
+import numpy as np
+
+from stokesfibers.core.arrays import Array, Positions
+from stokesfibers.core.errors import InputError
+from stokesfibers.fiber.curves import Curve
+from stokesfibers.numerics.chebyshev import ChebyshevGrid
+from stokesfibers.numerics.step_control import AbstractStepControl, AdaptiveSteps, FixedSteps
+from stokesfibers.problem.engine import SpectralEngine
+from stokesfibers.problem.problem import Problem
+from stokesfibers.slender.sampled import Shape, View
+from stokesfibers.slender.spectral import SpectralFiber
+from stokesfibers.stepping.base import AbstractStepper, StepError
+from stokesfibers.stepping.report import StepReport
+from stokesfibers.stepping.spectral import SpectralStepper
+from stokesfibers.stepping.spectral_carry import Carry
+
+_SHOWN_PER_NODE = 4
+_SPATIAL_SHARE = 0.3  # of the tolerance: the error through lack of nodes that is let pass
+_AIM = 0.03  # of the tolerance: the error that new nodes are chosen for
+_FIXED_TOLERANCE = 1e-4  # for the nodes, where steps are fixed
+_GROWTH, _LEAST_CAPACITY = 4, 128  # most nodes of a run: these times the first, at least
+
+
+@dataclass(frozen=True)
+class ShownFiber:
+    """One kind of fiber on Chebyshev points.
+
+    Attributes
+    ----------
+    grid
+        The points.
+    rigidity
+        E.
+    eps
+        Slenderness.
+    tables
+        Derivatives 0 ... 4 of the position modes at the points, (5, node, N).
+    tension_table
+        Tension modes at the points, (node, N - 1).
+    """
+
+    grid: ChebyshevGrid
+    rigidity: float
+    eps: float
+    tables: Array
+    tension_table: Array
+
+    @classmethod
+    def of(cls, fiber: SpectralFiber) -> ShownFiber:
+        """Return where `fiber` is shown."""
+        grid = ChebyshevGrid(fiber.length, _SHOWN_PER_NODE * fiber.count)
+        sigma = grid.nodes / fiber.length
+        tables = [
+            fiber.length ** (1 - order) * fiber.basis.positions(sigma, order) for order in range(5)
+        ]
+        tension = fiber.force_unit * fiber.basis.tensions(sigma, 0)
+        return cls(grid, fiber.rigidity, fiber.eps, np.stack(tables), tension)
+
+    def shape(self, modes: Array) -> Shape:
+        """Return the centreline of position modes (3, N)."""
+        return Shape(*(np.ascontiguousarray(modes @ table.T) for table in self.tables))
+
+
+@dataclass(frozen=True)
+class _Discretised:
+    """Everything on N nodes: the formulas, and where fibers are shown."""
+
+    stepper: SpectralStepper
+    shown: tuple[ShownFiber, ...]
+
+
+class SpectralRunStepper(AbstractStepper[Carry]):
+    """Advances a problem by the high-order engine; nodes are added when shapes ask for them.
+
+    Parameters
+    ----------
+    problem
+        The case; its engine must be a `SpectralEngine`.
+    threads
+        Threads that fibers are spread over; None for all cores. Results do not depend on it.
+
+    Raises
+    ------
+    InputError
+        If the problem has what this engine cannot do yet.
+    """
+
+    dense: ClassVar[bool] = True
+    stages: ClassVar[tuple[str, str]] = ("solve", "rest")
+
+    def __init__(self, problem: Problem, threads: int | None = None) -> None:
+        assert isinstance(problem.engine, SpectralEngine)
+        self.problem = problem
+        self._engine = problem.engine
+        self._threads = threads
+        assert self._engine.nodes is not None
+        adapted = max(_GROWTH * self._engine.nodes, _LEAST_CAPACITY)
+        self._capacity = adapted if self._engine.adapt_nodes else self._engine.nodes
+        self._tolerance = problem.engine.rtol or _FIXED_TOLERANCE
+        self._on = lru_cache(maxsize=8)(self._discretised)
+        _refuse_interaction(problem)
+
+    def start(self, curves: tuple[Curve, ...]) -> Carry:
+        assert self._engine.nodes is not None
+        carry = self._start(curves, self._engine.nodes)
+        while self._engine.adapt_nodes:
+            wanted = self._wanted(carry)
+            if wanted <= _nodes(carry):
+                break
+            carry = self._start(curves, wanted)
+        return carry
+
+    def step(self, carry: Carry) -> tuple[Carry, StepReport]:
+        while True:
+            ahead, report = self._on(_nodes(carry)).stepper.step(carry)
+            wanted = self._wanted(ahead) if self._engine.adapt_nodes else _nodes(carry)
+            if wanted <= _nodes(carry):
+                break
+            carry = carry.resized(wanted)
+        error = self._spatial_error(ahead)
+        if not np.isfinite(error):
+            raise StepError(
+                f"A fiber bends, or nears itself, within its own thickness at t = {ahead.time:.6g}:"
+                " the series of the finite-part operator has no limit there",
+                "Slender body theory does not hold there; take thinner or stiffer fibers",
+            )
+        return ahead, replace(report, nodes=_nodes(carry), spatial_error=error)
+
+    def stored(self, carry: Carry) -> dict[str, Array]:
+        nodes = np.array([_nodes(carry)])
+        return {**carry.resized(self._capacity).arrays(), "nodes": nodes}
+
+    def restored(self, step: int, arrays: Mapping[str, Array]) -> Carry:
+        shape = arrays["modes"].shape if "modes" in arrays else ()
+        if len(shape) != 4 or shape[0] != len(self.problem.fibers):
+            expected = f"the problem of the run, whose modes are {shape}"
+            raise InputError("problem", expected, f"{len(self.problem.fibers)} fibers")
+        held = dict(arrays)
+        nodes = int(held.pop("nodes")[0])
+        return Carry.restored(step, held).resized(nodes)
+
+    def time(self, carry: Carry) -> float:
+        return carry.time
+
+    def reached(self, carry: Carry, until: float) -> bool:
+        return carry.time >= until
+
+    def positions(self, carry: Carry) -> Positions:
+        return self.view(carry, carry.time).positions
+
+    def view(self, carry: Carry, t: float) -> View:
+        on = self._on(_nodes(carry))
+        first = carry.times[1] if carry.step else carry.time
+        at = float(min(max(t, first), carry.time))  # a recording time is off by rounding
+        state = on.stepper.interpolate(carry, at)
+        shapes = tuple(f.shape(m) for f, m in zip(on.shown, state.modes, strict=True))
+        tension = [f.tension_table @ q for f, q in zip(on.shown, state.tensions, strict=True)]
+        return View(t, on.shown, shapes, np.stack(tension))
+
+    def note(self, spatial_error: float) -> str:
+        if spatial_error <= self._tolerance:
+            return ""
+        return (
+            f"The shapes ask for more nodes: their error through lack of them reached "
+            f"{spatial_error:.2g}. Leave discretization.nodes out, or set adapt_nodes = true"
+        )
+
+    def length_error(self, carry: Carry) -> float:
+        worst = 0.0
+        for fiber, modes in zip(self._on(_nodes(carry)).stepper.fibers, carry.modes, strict=True):
+            speed = np.linalg.norm(modes[0] @ fiber.tables[1].T, axis=0)
+            error = abs(float(speed @ fiber.quadrature) / fiber.length - 1.0)
+            worst = max(worst, error) if np.isfinite(error) else np.inf
+        return worst
+
+    def _start(self, curves: tuple[Curve, ...], nodes: int) -> Carry:
+        return self._on(nodes).stepper.init(tuple(curve.at_fractions for curve in curves))
+
+    def _discretised(self, nodes: int) -> _Discretised:
+        problem, engine = self.problem, self._engine
+        kinds = {
+            kind: SpectralFiber.build(
+                kind.length,
+                kind.eps,
+                rigidity=kind.rigidity,
+                nodes=nodes,
+                mobility=problem.mobility,
+            )
+            for kind in problem.fibers
+        }
+        shown = {kind: ShownFiber.of(fiber) for kind, fiber in kinds.items()}
+        stepper = SpectralStepper(
+            tuple(kinds[kind] for kind in problem.fibers),
+            drag=problem.drag,
+            flow=problem.flow,
+            control=_control(engine),
+            newton_passes=engine.newton_passes,
+            threads=self._threads,
+        )
+        return _Discretised(stepper, tuple(shown[kind] for kind in problem.fibers))
+
+    def _wanted(self, carry: Carry) -> int:
+        """Return the number of nodes that the shapes ask for; at least the present one."""
+        wanted = _nodes(carry)
+        for fiber, modes in zip(self._on(_nodes(carry)).stepper.fibers, carry.modes, strict=True):
+            found = fiber.resolution(modes[0])
+            if found.error > _SPATIAL_SHARE * self._tolerance:
+                wanted = max(wanted, found.nodes_for(_AIM * self._tolerance))
+        return min(wanted, self._capacity)
+
+    def _spatial_error(self, carry: Carry) -> float:
+        """Return the error through lack of nodes and correction terms, relative; may be inf."""
+        worst = 0.0
+        fibers = self._on(_nodes(carry)).stepper.fibers
+        for fiber, modes, ratio in zip(fibers, carry.modes, carry.ratio, strict=True):
+            remainder = fiber.weights.remainder(float(ratio))
+            worst = max(worst, fiber.resolution(modes[0]).error, remainder)
+        return worst
+
+
+def _nodes(carry: Carry) -> int:
+    return carry.modes.shape[-1]
+
+
+def _control(engine: SpectralEngine) -> AbstractStepControl:
+    if engine.dt is not None:
+        assert engine.order is not None
+        return FixedSteps(engine.dt, engine.order)
+    assert engine.rtol is not None
+    return AdaptiveSteps(engine.rtol)
+
+
+def _refuse_interaction(problem: Problem) -> None:
+    if len(problem.fibers) > 1 or problem.domain.lengths.any():
+        raise InputError(
+            "engine",
+            "'paper' for several fibers or a periodic domain",
+            repr(problem.engine.kind),
+        )
