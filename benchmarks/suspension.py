@@ -20,6 +20,7 @@ from threadpoolctl import threadpool_limits
 import stokesfibers as sf
 from stokesfibers.core.parallel import Workers
 from stokesfibers.fiber.suspension import Suspension
+from stokesfibers.plot.style import FAINT, INK, PALETTE, new_axes, save, style
 from stokesfibers.run.start import nodal_positions
 from stokesfibers.slender.suspension import Interaction, Scene
 from stokesfibers.stepping.paper import PaperStepper
@@ -118,8 +119,8 @@ def pair_rates(repeats: int) -> None:
     print(f"  bare Stokeslet loop                  {bare / 1e9:6.2f}e9   ratio {kernel / bare:.2f}")
 
 
-def growth(counts: tuple[int, ...], intervals: int, repeats: int) -> None:
-    """Print the step over M against C_1 M N^3 + C_2 M^2 N^2 fitted to it."""
+def growth(counts: tuple[int, ...], intervals: int, repeats: int, plot: Path | None) -> None:
+    """Print, and draw, the step over M against C_1 M N^3 + C_2 M^2 N^2 fitted to it."""
     seconds = []
     for count in counts:
         problem, positions = case_of(count, intervals)
@@ -131,19 +132,39 @@ def growth(counts: tuple[int, ...], intervals: int, repeats: int) -> None:
     print(f"  C1 = {constants[0]:.3g} s, C2 = {constants[1]:.3g} s")
     for count, found, model in zip(counts, t, terms @ constants, strict=True):
         print(f"  M = {count:4d}: {found:8.3f} s, model {model:8.3f} s")
+    if plot is not None:
+        many = np.geomspace(m[0], m[-1])
+        own, pairs = constants[0] * many * intervals**3, constants[1] * many**2 * intervals**2
+        draw(plot, (m, t), (many, own, pairs))
+
+
+def draw(file: Path, measured: tuple[np.ndarray, ...], model: tuple[np.ndarray, ...]) -> None:
+    """Draw seconds of a step over M: measured, and the model with its parts."""
+    many, own, pairs = model
+    ax = new_axes()
+    with style():
+        ax.loglog(*measured, "o", color=PALETTE[0], label="measured")
+        ax.loglog(many, own + pairs, color=INK, label="$C_1 M N^3 + C_2 M^2 N^2$")
+        ax.loglog(many, own, ":", color=FAINT, label="$C_1 M N^3$")
+        ax.loglog(many, pairs, "--", color=FAINT, label="$C_2 M^2 N^2$")
+        ax.set_xlabel("filaments $M$")
+        ax.set_ylabel("step [s]")
+        ax.legend()
+    save(ax, file)
 
 
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repeats", type=int, default=9)
-    parser.add_argument("--counts", type=int, nargs="+", default=[10, 30, 100])
+    parser.add_argument("--counts", type=int, nargs="+", default=[10, 30, 100, 300])
     parser.add_argument("--intervals", type=int, default=40)
+    parser.add_argument("--plot", type=Path, help="picture of the growth with M")
     options = parser.parse_args()
     with threadpool_limits(1, user_api="blas"):
         the_25(options.repeats)
         pair_rates(options.repeats)
-        growth(tuple(options.counts), options.intervals, min(options.repeats, 3))
+        growth(tuple(options.counts), options.intervals, min(options.repeats, 3), options.plot)
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     )
     from stokesfibers.io.reader import open_run
     from stokesfibers.observe.velocity import fluid_velocity
-    from stokesfibers.problem.engine import PaperEngine
+    from stokesfibers.problem.engine import PaperEngine, SpectralEngine
     from stokesfibers.problem.problem import Problem
     from stokesfibers.run.schedule import every
     from stokesfibers.run.simulate import Result, resume, simulate
@@ -73,6 +73,7 @@ _HOMES: dict[str, str] = {
     **dict.fromkeys(_FLOWS, "flow"),
     "open_run": "io.reader",
     "PaperEngine": "problem.engine",
+    "SpectralEngine": "problem.engine",
     "Problem": "problem.problem",
     "every": "run.schedule",
     "Result": "run.simulate",
@@ -104,6 +105,7 @@ __all__ = [
     "Result",
     "Rotation",
     "Shear",
+    "SpectralEngine",
     "SpheroidalRegularization",
     "StokesFibersError",
     "StoreError",
