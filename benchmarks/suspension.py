@@ -15,6 +15,7 @@ from time import perf_counter
 
 import numpy as np
 from numba import njit
+from scipy.optimize import nnls
 from threadpoolctl import threadpool_limits
 
 import stokesfibers as sf
@@ -127,7 +128,7 @@ def growth(counts: tuple[int, ...], intervals: int, repeats: int, plot: Path | N
         seconds.append(step_seconds(problem, positions, len(os.sched_getaffinity(0)), repeats))
     m, t = np.array(counts, dtype=float), np.array(seconds)
     terms = np.stack([m * intervals**3, m**2 * intervals**2], axis=1)
-    constants = np.linalg.lstsq(terms / t[:, None], np.ones(len(t)), rcond=None)[0]
+    constants = nnls(terms / t[:, None], np.ones(len(t)))[0]
     print(f"growth with M at N = {intervals}, all threads, against C1 M N^3 + C2 M^2 N^2")
     print(f"  C1 = {constants[0]:.3g} s, C2 = {constants[1]:.3g} s")
     for count, found, model in zip(counts, t, terms @ constants, strict=True):
