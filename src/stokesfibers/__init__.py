@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from stokesfibers.observe.velocity import fluid_velocity
     from stokesfibers.problem.engine import PaperEngine, SpectralEngine
     from stokesfibers.problem.problem import Problem
+    from stokesfibers.run.events import StopWhen
     from stokesfibers.run.schedule import every
     from stokesfibers.run.simulate import Result, resume, simulate
     from stokesfibers.run.velocity import velocity_from_run
@@ -76,6 +77,7 @@ _HOMES: dict[str, str] = {
     "SpectralEngine": "problem.engine",
     "Problem": "problem.problem",
     "every": "run.schedule",
+    "StopWhen": "run.events",
     "Result": "run.simulate",
     "resume": "run.simulate",
     "simulate": "run.simulate",
@@ -108,6 +110,7 @@ __all__ = [
     "SpectralEngine",
     "SpheroidalRegularization",
     "StokesFibersError",
+    "StopWhen",
     "StoreError",
     "SumOfFlows",
     "TimeDependentShear",

@@ -63,6 +63,7 @@ def run(
             overwrite=overwrite,
             case=loaded.tables(),
             watch=watch,
+            stop=loaded.stop,
             threads=threads,
         )
     return say_how_it_ended(result, out, quiet=quiet)

@@ -19,6 +19,7 @@ from stokesfibers.problem.doubt import Plan
 from stokesfibers.problem.flow_tables import resolved_flow
 from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import TABLES, problem_from_tables, problem_to_tables
+from stokesfibers.run.events import StopWhen
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.run.simulate import nodal_positions
 
@@ -41,6 +42,8 @@ class Case:
         What is recorded when.
     flow
         The resolved table [flow]; Python files have absolute paths and checksums.
+    stop
+        Conditions that end the run before.
     """
 
     problem: Problem
@@ -48,6 +51,7 @@ class Case:
     until: float
     record: Schedule
     flow: Table
+    stop: tuple[StopWhen, ...] = ()
 
     def tables(self) -> Table:
         """Return the resolved case as tables, with every default spelled out."""
@@ -56,6 +60,7 @@ class Case:
         tables["stepping"]["until"] = self.until
         tables["initial"] = to_table(self.initial)
         tables["record"] = to_table(self.record)
+        tables["stop"] = [to_table(event) for event in self.stop]
         return tables
 
     def plan(self) -> Plan:
@@ -187,7 +192,7 @@ def case_from_tables(
     tables: Mapping[str, Any], *, folder: Path = Path(), allow_python: bool = False
 ) -> Case:
     """Return the case that `tables` describe; relative paths start from `folder`."""
-    refuse_unknown(tables, (*TABLES, "initial", "record"), "")
+    refuse_unknown(tables, (*TABLES, "initial", "record", "stop"), "")
     problem = problem_from_tables(tables, folder=folder, allow_python=allow_python)
     initial = choose(
         INITIALS,
@@ -203,4 +208,15 @@ def case_from_tables(
     record = as_table(tables.get("record", {}), "record")
     record.setdefault("positions_every", until / 200.0)
     flow = resolved_flow(problem.flow, tables.get("flow", {}), folder)
-    return Case(problem, initial, until, build(Schedule, record, "record"), flow)
+    chosen = build(Schedule, record, "record")
+    return Case(problem, initial, until, chosen, flow, _stop(tables.get("stop", [])))
+
+
+def _stop(value: object) -> tuple[StopWhen, ...]:
+    """Return the conditions of [[stop]] tables, or of a single [stop]."""
+    if not isinstance(value, list):
+        return (build(StopWhen, as_table(value, "stop"), "stop"),)
+    return tuple(
+        build(StopWhen, as_table(table, f"stop[{k}]"), f"stop[{k}]")
+        for k, table in enumerate(value)
+    )

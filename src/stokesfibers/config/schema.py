@@ -24,6 +24,7 @@ from stokesfibers.flow import FLOWS, AbstractFlow, SumOfFlows, Uniform, UserFlow
 from stokesfibers.load import LOADS
 from stokesfibers.problem.engine import ENGINES
 from stokesfibers.problem.problem import Problem
+from stokesfibers.run.events import StopWhen
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.slender.mobility import LocalDrag, NonLocal
 from stokesfibers.slender.regularization import REGULARIZATIONS
@@ -71,6 +72,7 @@ def case_schema() -> Schema:
                 "discretization": _object(engine["discretization"]),
                 "stepping": _object({**engine["stepping"], "until": until}, ["until"]),
                 "record": {**_table(Schedule), "required": []},
+                "stop": {"oneOf": [_table(StopWhen), {"type": "array", "items": _table(StopWhen)}]},
             },
             ["fiber", "fluid", "stepping"],
         ),

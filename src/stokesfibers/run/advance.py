@@ -15,6 +15,7 @@ from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
 from stokesfibers.domain.crossings import Crossing, find_crossings
 from stokesfibers.observe.snapshot import Snapshot
+from stokesfibers.run.events import Event, Watchman
 from stokesfibers.run.interrupt import Wish
 from stokesfibers.run.moment import snapshot
 from stokesfibers.run.recorder import Recorder
@@ -64,11 +65,14 @@ class Goal:
         Looked at after each step.
     watch
         Called after each step, or None.
+    stop
+        Conditions that end the run before.
     """
 
     until: float
     wish: Wish
     watch: Watch | None = None
+    stop: tuple[Event, ...] = ()
 
 
 def advance(
@@ -102,6 +106,7 @@ def _advance(
 ) -> tuple[Status, C | None]:
     """Return the final status and the carry to store with it, if a new one is wanted."""
     recorder.catch_up(carry, goal.until)
+    watchman = Watchman(goal.stop, stepper, carry)
     while not stepper.reached(carry, goal.until):
         now = stepper.time(carry)
         if goal.wish.stop:
@@ -121,10 +126,13 @@ def _advance(
             return _blown_up(now), None
         recorder.note_crossings(_crossings(stepper, carry, ahead), report)
         carry = ahead
-        recorder.step(carry, report, goal.until)
+        came = watchman.look(now, carry)
+        recorder.step(carry, report, goal.until if came is None else min(goal.until, came[0]))
         if goal.watch is not None:
             look = partial(snapshot, stepper, carry)
             goal.watch(Moment(report.time, goal.until, report.step_size, error, look))
+        if came is not None and came[0] <= goal.until:
+            return _stopped(*came), carry
     end = stepper.time(carry)
     if stepper.dense:
         end = min(end, goal.until)
@@ -172,6 +180,12 @@ def _done(end: float, until: float, crossings: list[dict[str, Any]], note: str) 
         )
         hint = "What follows a crossing is not physical; add a steric load or take a smaller step"
     return Status("done", end, ". ".join(notes), hint)
+
+
+def _stopped(when: float, what: str) -> Status:
+    return Status(
+        "done", when, f"Stopped by a condition: {what}", "Continue with resume and a later until"
+    )
 
 
 def _blown_up(now: float) -> Status:

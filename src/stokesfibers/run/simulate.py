@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
-from stokesfibers.core.tables import Table, choose, to_table
+from stokesfibers.core.tables import Table, build, choose, to_table
 from stokesfibers.fiber.initials import INITIALS
 from stokesfibers.fiber.parameters import RADIUS_PROFILE
 from stokesfibers.io.checkpoint import Checkpoint
@@ -27,6 +27,7 @@ from stokesfibers.io.store import RunStore
 from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import problem_from_tables, problem_to_tables
 from stokesfibers.run.advance import Goal, Moment, Watch, advance
+from stokesfibers.run.events import Event, StopWhen
 from stokesfibers.run.interrupt import stop_on_signal
 from stokesfibers.run.layout import OutputPoints, layout
 from stokesfibers.run.memory import MemorySink
@@ -74,6 +75,7 @@ def simulate(
     overwrite: bool = False,
     case: Table | None = None,
     watch: Watch | None = None,
+    stop: tuple[Event, ...] = (),
     threads: int | None = None,
 ) -> Result:
     """Run `problem` from time 0 to `until`.
@@ -96,6 +98,8 @@ def simulate(
         Tables to store as the resolved case; by default those of `problem`.
     watch
         Called after each step.
+    stop
+        Conditions that end the run: `StopWhen`, or functions of a snapshot that turn positive.
     threads
         Threads that fibers are spread over, None for all cores; results do not depend on it.
 
@@ -115,8 +119,8 @@ def simulate(
         record = resolved(record, stepper)
         carry = first_carry(stepper, initial)
         arrays = layout(snapshot(stepper, carry), OutputPoints(record.points))
-        attributes = _attributes(problem, until, record, case)
-        goal = Goal(until, wish, watch)
+        attributes = _attributes(problem, until, record, case, stop=stop)
+        goal = Goal(until, wish, watch, stop)
         labels = {"stage": stepper.stages}
         if out is None:
             memory = MemorySink(arrays, attributes, labels)
@@ -135,6 +139,7 @@ def resume(
     problem: Problem | None = None,
     allow_python: bool = False,
     watch: Watch | None = None,
+    stop: tuple[Event, ...] = (),
     threads: int | None = None,
 ) -> Result:
     """Continue a stored run from its last checkpoint; the result is bitwise that of no stop.
@@ -151,6 +156,8 @@ def resume(
         Whether a flow from a user's file may run.
     watch
         Called after each step.
+    stop
+        Conditions that end the run, beside those stored with it.
     threads
         Threads that fibers are spread over, None for all cores; results do not depend on it.
 
@@ -183,7 +190,9 @@ def resume(
         if checkpoint is not None:
             recorder.spatial_error = float(checkpoint.meta["spatial_error"])
         fresh = not store.lengths["observables"]
-        status = advance(recorder, stepper, carry, Goal(end, wish, watch), fresh=fresh)
+        held = tuple(build(StopWhen, table, "stop") for table in case.get("stop", []))
+        goal = Goal(end, wish, watch, (*held, *stop))
+        status = advance(recorder, stepper, carry, goal, fresh=fresh)
     return Result(open_run(where), status, problem, where)
 
 
@@ -218,9 +227,10 @@ def reproducible() -> Iterator[None]:
 
 
 def _attributes(
-    problem: Problem, until: float, record: Schedule, case: Table | None
+    problem: Problem, until: float, record: Schedule, case: Table | None, *, stop: tuple[Event, ...]
 ) -> Mapping[str, Any]:
     tables = dict(case or problem_to_tables(problem))
+    tables["stop"] = [to_table(event) for event in stop if isinstance(event, StopWhen)]
     tables["stepping"] = {**tables.get("stepping", {}), "until": until}
     tables["record"] = to_table(record)
     return {
