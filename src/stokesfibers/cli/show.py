@@ -73,11 +73,24 @@ def _facts(run: Path) -> dict[str, Any]:
         "until": case["stepping"]["until"],
         "records": store.lengths,
         "wall_seconds": float(data["numerics"].to_dataset()["wall_time"].sum()),
+        "steps": _steps(data),
         "extremes": list(_extremes(data)),
         "case": case,
         "provenance": json.loads(attributes["provenance"]),
         "resumed": json.loads(attributes.get("resumed", "[]")),
     }
+
+
+def _steps(data: xr.DataTree) -> dict[str, Any]:
+    """Return what the steps were like: their lengths, orders, nodes, and how many were rejected."""
+    numerics = data["numerics"].to_dataset()
+    if not numerics.sizes["step"]:
+        return {}
+    found: dict[str, Any] = {"rejected": int(numerics["rejected"].sum())}
+    for name in ("step_size", "order", "nodes", "iterations"):
+        values = numerics[name].to_numpy()
+        found[name] = [values.min().item(), values.max().item()]
+    return found
 
 
 def _extremes(data: xr.DataTree) -> Iterator[dict[str, Any]]:
@@ -107,6 +120,20 @@ def _record_rows(facts: dict[str, Any]) -> Iterator[tuple[str, ...]]:
     yield "positions", str(records["trajectory"]), f"every {number(positions)}"
     yield "observables", str(records["observables"]), f"every {number(observables)}"
     yield "steps", str(records["numerics"]), f"{duration(facts['wall_seconds'])} of wall time"
+    steps = facts["steps"]
+    if steps:
+        rejected = f", {steps['rejected']} rejected" if steps["rejected"] else ""
+        yield (
+            "",
+            "",
+            f"of length {_span(steps['step_size'])}, order {_span(steps['order'])}{rejected}",
+        )
+        yield "", "", f"on {_span(steps['nodes'])} nodes; iterations {_span(steps['iterations'])}"
+
+
+def _span(ends: list[float]) -> str:
+    low, high = (number(end) for end in ends)
+    return low if low == high else f"{low} to {high}"
 
 
 def _origin_rows(provenance: dict[str, Any]) -> Iterator[tuple[str, ...]]:

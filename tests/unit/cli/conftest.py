@@ -12,6 +12,7 @@ from click.testing import CliRunner, Result
 from stokesfibers.cli.main import main
 
 CASE = """\
+engine = "paper"
 [fiber]
 slenderness = 1e-2
 
