@@ -88,6 +88,8 @@ def _steps(data: xr.DataTree) -> dict[str, Any]:
         return {}
     found: dict[str, Any] = {"rejected": int(numerics["rejected"].sum())}
     for name in ("step_size", "order", "nodes", "iterations"):
+        if name not in numerics:
+            continue  # a run of an older version
         values = numerics[name].to_numpy()
         found[name] = [values.min().item(), values.max().item()]
     return found
@@ -128,7 +130,8 @@ def _record_rows(facts: dict[str, Any]) -> Iterator[tuple[str, ...]]:
             "",
             f"of length {_span(steps['step_size'])}, order {_span(steps['order'])}{rejected}",
         )
-        yield "", "", f"on {_span(steps['nodes'])} nodes; iterations {_span(steps['iterations'])}"
+        nodes = f"on {_span(steps['nodes'])} nodes; " if "nodes" in steps else ""
+        yield "", "", f"{nodes}iterations {_span(steps['iterations'])}"
 
 
 def _span(ends: list[float]) -> str:

@@ -60,7 +60,8 @@ class Case:
         tables["stepping"]["until"] = self.until
         tables["initial"] = to_table(self.initial)
         tables["record"] = to_table(self.record)
-        tables["stop"] = [to_table(event) for event in self.stop]
+        if self.stop:
+            tables["stop"] = [to_table(event) for event in self.stop]
         return tables
 
     def plan(self) -> Plan:

@@ -230,7 +230,9 @@ def _attributes(
     problem: Problem, until: float, record: Schedule, case: Table | None, *, stop: tuple[Event, ...]
 ) -> Mapping[str, Any]:
     tables = dict(case or problem_to_tables(problem))
-    tables["stop"] = [to_table(event) for event in stop if isinstance(event, StopWhen)]
+    held = [to_table(event) for event in stop if isinstance(event, StopWhen)]
+    if held:
+        tables["stop"] = held
     tables["stepping"] = {**tables.get("stepping", {}), "until": until}
     tables["record"] = to_table(record)
     return {
