@@ -160,7 +160,7 @@ _NUMERICS: tuple[tuple[str, tuple[str, ...], str, str, str, str], ...] = (
         ("step",),
         "1",
         r"\epsilon_s",
-        "estimated relative error through lack of nodes",
+        "estimated relative error in space",
         "float64",
     ),
 )

@@ -28,8 +28,27 @@ _TABLE = (
     ("stable_dt", "The largest stable time step of the paper's scheme", "Section 3 (no figure)"),
 )
 
+_OTHERS = (
+    (
+        "thresholds",
+        "Buckling thresholds, with local drag and against slenderness",
+        "Becker & Shelley 2001; du Roure et al. 2019",
+    ),
+    (
+        "sedimentation",
+        "Terminal shapes of a falling fiber against the elasto-gravitational number",
+        "ours, with exact limits",
+    ),
+    ("accuracy", "Error against cost, both engines; the integral of N_1", "Engine study"),
+    ("tolerance", "The error asked for and the error got, 20 cases", "Engine study"),
+    ("regularization", "Three choices of delta(s): eigenvalues, slopes, runs", "Engine study"),
+)
+
 EXPERIMENTS: dict[str, Experiment] = {
-    name: Experiment(name, title, f"{_PAPER}, {place}", f"stokesfibers.experiments.{name}")
-    for name, title, place in _TABLE
+    name: Experiment(name, title, source, f"stokesfibers.experiments.{name}")
+    for name, title, source in (
+        *((name, title, f"{_PAPER}, {place}") for name, title, place in _TABLE),
+        *_OTHERS,
+    )
 }
 """Experiments by the name that the command ``reproduce`` takes."""

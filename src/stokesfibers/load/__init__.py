@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from stokesfibers.load.base import AbstractLoad, LoadedState, NoLoad
+from stokesfibers.load.gravity import Gravity
 from stokesfibers.load.steric import StericRepulsion
 
-LOADS: dict[str, type[AbstractLoad]] = {load.kind: load for load in (NoLoad, StericRepulsion)}
+LOADS: dict[str, type[AbstractLoad]] = {
+    load.kind: load for load in (NoLoad, StericRepulsion, Gravity)
+}
 """Loads by the kind a case file names."""
 
-__all__ = ["LOADS", "AbstractLoad", "LoadedState", "NoLoad", "StericRepulsion"]
+__all__ = ["LOADS", "AbstractLoad", "Gravity", "LoadedState", "NoLoad", "StericRepulsion"]

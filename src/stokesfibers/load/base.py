@@ -39,6 +39,8 @@ class AbstractLoad(abc.ABC):
 
     kind: ClassVar[str]
     citation: ClassVar[str]
+    has_net_force: ClassVar[bool] = False
+    """Whether all its forces together need not vanish; then it has no place in periodic space."""
 
     @abc.abstractmethod
     def density(self, state: LoadedState) -> Positions:

@@ -54,14 +54,14 @@ def fluid_velocity(
         image_sum=problem.image_sum,
         close_approach=problem.close_approach,
     )
+    uniform = Snapshot(snapshot.time, fibers, shapes, tension, snapshot.surroundings)
+    density = problem.load.density(uniform.loaded).transpose(0, 2, 1)
     if interaction.alone:
         fiber, shape = fibers[0], shapes[0]
-        force = fiber.elastic_force(shape, tension[0])
+        force = fiber.elastic_force(shape, tension[0]) - density[0]
         added = disturbance(fiber, shape, force, flat)
     else:
         scene = Scene(interaction, shapes, Workers(threads))
-        uniform = Snapshot(snapshot.time, fibers, shapes, tension, snapshot.surroundings)
-        density = problem.load.density(uniform.loaded).transpose(0, 2, 1)
         centreline = scene.centreline_value(tension)
         added = -scene.fluid(flat, scene.integrated_force(tension), centreline)
         if density.any():

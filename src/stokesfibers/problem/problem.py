@@ -17,6 +17,20 @@ from stokesfibers.slender.mobility import AbstractMobility, NonLocal
 from stokesfibers.summation.close_approach import AbstractCloseApproach, PaperCloseApproach
 from stokesfibers.summation.images import AbstractImageSum, ImageSum
 
+_NET_FORCE = (
+    (
+        "forces that add up to zero in one periodic direction, or domain.kind = 'free'",
+        "a net force, which drives an unbounded velocity",
+        "A row of forces drags the fluid along like an endless cylinder: faster the longer it is.",
+    ),
+    (
+        "forces that add up to zero in two or three periodic directions, or domain.kind = 'free'",
+        "a net force, whose counterweight is not stated",
+        "Its images can be summed only with a stated mean flow and by Ewald sums, not offered yet.",
+    ),
+)
+"""Why a net force is refused in periodic space: with one periodic direction, with more."""
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -72,6 +86,8 @@ class Problem:
         if not kinds or not all(isinstance(kind, Fiber) for kind in kinds):
             raise InputError("fiber", "a Fiber or a tuple of Fibers", self.fiber)
         directions = int((self.domain.lengths > 0.0).sum())
+        if self.load.has_net_force and directions:
+            raise InputError("load", *_NET_FORCE[directions > 1])
         if directions > self.image_sum.most_directions:
             raise InputError(
                 "domain.sum",

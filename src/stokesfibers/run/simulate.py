@@ -90,16 +90,12 @@ def simulate(
         Time to stop; the run ends with the first step that reaches it.
     record
         What to record when.
-    out
-        Folder of the store, ``RUN.zarr``; None keeps the run in memory.
-    overwrite
-        Replace an existing run at `out`.
+    out, overwrite
+        Folder of the store, ``RUN.zarr``, and whether a run there is replaced; None for memory.
     case
         Tables to store as the resolved case; by default those of `problem`.
-    watch
-        Called after each step.
-    stop
-        Conditions that end the run: `StopWhen`, or functions of a snapshot that turn positive.
+    watch, stop
+        Called after each step; conditions that end the run, `StopWhen` or functions of a snapshot.
     threads
         Threads that fibers are spread over, None for all cores; results do not depend on it.
 
@@ -121,12 +117,11 @@ def simulate(
         arrays = layout(snapshot(stepper, carry), OutputPoints(record.points))
         attributes = _attributes(problem, until, record, case, stop=stop)
         goal = Goal(until, wish, watch, stop)
-        labels = {"stage": stepper.stages}
+        path, labels = Path(out or ""), {"stage": stepper.stages}
         if out is None:
             memory = MemorySink(arrays, attributes, labels)
             status = _begin(memory, record, stepper, carry, goal=goal)
             return Result(memory.tree(), status, problem)
-        path = Path(out)
         with RunStore.create(path, arrays, attributes, labels=labels, overwrite=overwrite) as store:
             status = _begin(store, record, stepper, carry, goal=goal)
         return Result(open_run(path), status, problem, path)
@@ -154,10 +149,8 @@ def resume(
         The problem, if the store cannot tell it (a flow typed in Python).
     allow_python
         Whether a flow from a user's file may run.
-    watch
-        Called after each step.
-    stop
-        Conditions that end the run, beside those stored with it.
+    watch, stop
+        Called after each step; conditions that end the run, beside those stored with it.
     threads
         Threads that fibers are spread over, None for all cores; results do not depend on it.
 

@@ -200,6 +200,12 @@ class PaperStepper(AbstractStepper[Carry]):
         shapes = tuple(f.shape(x[k]) for k, f in enumerate(self.fibers))
         stretching = np.stack([_stretching(s, g) for s, g in zip(shapes, gradient, strict=True)])
         slow = self._drag * velocity
+        scene = Scene(self._interaction, shapes, self._workers)
+        density = self._load_density(x)
+        if density.any():
+            pushed, stretched = scene.loaded(density)
+            slow = slow + pushed
+            stretching[:, 1:-1] += stretched[:, 1:-1] / self._drag
         if self._interaction.alone:
             drag, beta, iterations = self._drag, self._beta, 1
             parts = zip(self.fibers, shapes, stretching, strict=True)
@@ -214,13 +220,7 @@ class PaperStepper(AbstractStepper[Carry]):
                 beta=self._beta,
                 workers=self._workers,
             )
-            scene = Scene(self._interaction, shapes, self._workers)
             solver = self.problem.tension_solver
-            density = self._load_density(x)
-            if density.any():
-                pushed, stretched = scene.loaded(density)
-                slow = slow + pushed
-                right = right + stretched[:, 1:-1]
             tension, iterations = solve_coupled(
                 scene, own, right, start=guess, solver=solver, buffer=self._buffer
             )

@@ -12,6 +12,7 @@ import numpy as np
 from stokesfibers.core.arrays import Array, Positions
 from stokesfibers.core.errors import InputError
 from stokesfibers.fiber.curves import Curve
+from stokesfibers.load import LoadedState, NoLoad
 from stokesfibers.numerics.chebyshev import ChebyshevGrid
 from stokesfibers.numerics.step_control import AbstractStepControl, AdaptiveSteps, FixedSteps
 from stokesfibers.problem.engine import SpectralEngine
@@ -20,7 +21,7 @@ from stokesfibers.slender.sampled import Shape, View
 from stokesfibers.slender.spectral import SpectralFiber
 from stokesfibers.stepping.base import AbstractStepper, StepError
 from stokesfibers.stepping.report import StepReport
-from stokesfibers.stepping.spectral import SpectralStepper
+from stokesfibers.stepping.spectral import Load, SpectralStepper
 from stokesfibers.stepping.spectral_carry import Carry
 
 _SHOWN_PER_NODE = 4
@@ -169,9 +170,12 @@ class SpectralRunStepper(AbstractStepper[Carry]):
     def note(self, spatial_error: float) -> str:
         if spatial_error <= self._tolerance:
             return ""
+        reached = f"the error in space reached {spatial_error:.2g}, the tolerance is"
+        if self._engine.adapt_nodes:
+            return f"A fiber bends within a few of its radii: {reached} {self._tolerance:.2g}"
         return (
-            f"The shapes ask for more nodes: their error through lack of them reached "
-            f"{spatial_error:.2g}. Leave discretization.nodes out, or set adapt_nodes = true"
+            f"The shapes ask for more nodes: {reached} {self._tolerance:.2g}. "
+            "Leave discretization.nodes out, or set adapt_nodes = true"
         )
 
     def length_error(self, carry: Carry) -> float:
@@ -198,12 +202,14 @@ class SpectralRunStepper(AbstractStepper[Carry]):
             for kind in problem.fibers
         }
         shown = {kind: ShownFiber.of(fiber) for kind, fiber in kinds.items()}
+        fibers = tuple(kinds[kind] for kind in problem.fibers)
         stepper = SpectralStepper(
-            tuple(kinds[kind] for kind in problem.fibers),
+            fibers,
             drag=problem.drag,
             flow=problem.flow,
             control=_control(engine),
             newton_passes=engine.newton_passes,
+            load=_load(problem, fibers),
             threads=self._threads,
         )
         return _Discretised(stepper, tuple(shown[kind] for kind in problem.fibers))
@@ -237,6 +243,19 @@ def _control(engine: SpectralEngine) -> AbstractStepControl:
         return FixedSteps(engine.dt, engine.order)
     assert engine.rtol is not None
     return AdaptiveSteps(engine.rtol)
+
+
+def _load(problem: Problem, fibers: tuple[SpectralFiber, ...]) -> Load | None:
+    """Return the external force per length at points (fiber, node, 3) and a time."""
+    if isinstance(problem.load, NoLoad):
+        return None
+    weights = np.stack([fiber.quadrature for fiber in fibers])
+    radii = np.array([fiber.eps * fiber.length for fiber in fibers])
+
+    def density(points: Positions, t: float) -> Positions:  # noqa: ARG001
+        return problem.load.density(LoadedState(points, weights, radii, problem.domain))
+
+    return density
 
 
 def _refuse_interaction(problem: Problem) -> None:
