@@ -28,8 +28,8 @@ from stokesfibers.run.events import StopWhen
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.slender.mobility import LocalDrag, NonLocal
 from stokesfibers.slender.regularization import REGULARIZATIONS
+from stokesfibers.summation import IMAGE_SUMS
 from stokesfibers.summation.close_approach import CLOSE_APPROACHES
-from stokesfibers.summation.images import IMAGE_SUMS
 
 Schema = dict[str, Any]
 

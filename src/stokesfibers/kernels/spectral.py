@@ -1,4 +1,4 @@
-"""Compiled assembly and solution of one implicit step of one fiber in Legendre modes.
+"""Compiled assembly of the linear system of one implicit step of one fiber in Legendre modes.
 
 Everything is for unit length and unit rigidity; `drag` is then 8 pi mu L^4 / E. Arrays are
 component first: coefficients and nodal values have shape (3, N), symmetric tensors the six
@@ -13,8 +13,6 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-
-from stokesfibers.kernels import dense
 
 _OPTIONS = {
     "cache": True,
@@ -106,7 +104,7 @@ def resisted_velocity(coefficients, force, s, tables, weights, delta, a, b):
 
 
 @njit(**_OPTIONS)
-def solve_increment(
+def increment_system(
     coefficients,
     tension,
     rate,
@@ -125,9 +123,9 @@ def solve_increment(
     a,
     b,
 ):
-    """Return the increments of coefficients and tension of one Newton pass, and the series' ratio.
+    """Return the system for the increments of one Newton pass, and the forces it is about.
 
-    Solves, linearised about (x, T) and with the mobility M = Lambda + K_delta held there,
+    It is, linearised about (x, T) and with the mobility M = Lambda + K_delta held there,
 
         drag (rate + alpha dx - U - implicit grad U dx) + M (f + implicit df - (dT x_s)_s) = 0,
         x_s . dx_s = implicit (1 - |x_s|^2) / 2,
@@ -146,6 +144,23 @@ def solve_increment(
         U (3, N) and grad U (N, 3, 3) at the nodes.
     load
         External force per length at the nodes, (3, N).
+
+    Returns
+    -------
+    matrix, right
+        (4 N - 1, 4 N - 1) and (4 N - 1,). Unknowns are the modes of dx, then those of dT times
+        `scale`. A velocity v from elsewhere, so that drag x_t gains -v, takes `scale` v from the
+        first 3 N entries of `right`.
+    scale
+        1 / (drag alpha).
+    ratio
+        The largest ratio of the kernel's series.
+    force, resisted, mobility
+        f and M f at the nodes, (3, N), and M itself: xx, yy, zz, xy, xz, yz, (6, N, N).
+    own
+        `implicit` times the map from modes of x to x_ssss - (T x_s)_s at the nodes, (N, N).
+    tangent, curvature
+        x_s and x_ss at the nodes, (3, N).
     """
     n = s.size
     m = n - 1
@@ -203,18 +218,25 @@ def solve_increment(
     for p in range(3):
         for i in range(n):
             right[p * n + i] = (flow[p, i] - moved[p, i]) / alpha - scale * resisted[p, i]
-    tangent = np.dot(coefficients, constraint.T)
+    direction = np.dot(coefficients, constraint.T)
     for i in range(m):
         row = matrix[3 * n + i]
         length2 = 0.0
         for p in range(3):
-            t = tangent[p, i]
+            t = direction[p, i]
             length2 += t * t
             for k in range(1, n):
                 row[p * n + k] = t * constraint[i, k]
         right[3 * n + i] = 0.5 * implicit * (1.0 - length2)
-    found = dense.solve(matrix, right)
-    return found[: 3 * n].reshape(3, n), found[3 * n :] / scale, ratio
+    return matrix, right, scale, ratio, f, resisted, mobility, own, xs, xss
+
+
+@njit(**_OPTIONS)
+def resisted_force(mobility, force):
+    """Return M f at the nodes for M (6, N, N) and f (3, N)."""
+    out = np.empty(force.shape)
+    _apply(mobility, force, out)
+    return out
 
 
 @njit(**_OPTIONS)

@@ -20,6 +20,9 @@ from stokesfibers.slender.discrete import DiscreteFiber
 from stokesfibers.slender.field import disturbance
 from stokesfibers.slender.sampled import Shape
 from stokesfibers.slender.suspension import Interaction, Scene
+from stokesfibers.summation import AbstractImageSum, ExactImages, ImageSum
+
+_REACH = 100  # of the far images that stand for the exact sum; the rest is of its square
 
 
 def fluid_velocity(
@@ -51,7 +54,7 @@ def fluid_velocity(
     interaction = Interaction.build(
         fibers,
         problem.domain,
-        image_sum=problem.image_sum,
+        image_sum=_listed_images(problem),
         close_approach=problem.close_approach,
     )
     uniform = Snapshot(snapshot.time, fibers, shapes, tension, snapshot.surroundings)
@@ -68,6 +71,13 @@ def fluid_velocity(
             added += scene.fluid_loaded(flat, np.ascontiguousarray(density))
     velocity = problem.flow.velocity(flat, snapshot.time) + added / problem.drag
     return velocity.reshape(points.shape)
+
+
+def _listed_images(problem: Problem) -> AbstractImageSum:
+    """Return the problem's image sum, or for the exact one the paper's about the centre of mass."""
+    if isinstance(problem.image_sum, ExactImages):
+        return ImageSum(reach=_REACH, about="centre_of_mass")
+    return problem.image_sum
 
 
 def _on_uniform_grids(

@@ -16,6 +16,7 @@ from stokesfibers.slender.regularization import (
     PaperRegularization,
     SpheroidalRegularization,
 )
+from stokesfibers.summation import AbstractImageSum, ExactImages, ImageSum
 
 STEP_PER_SPACING = 1.28
 """dt rate / (h / L) of all the paper's runs."""
@@ -33,6 +34,8 @@ class AbstractEngine(abc.ABC):
     """The table of a case file that each field is in."""
     regularization: ClassVar[type[AbstractRegularization]]
     """The delta(s) it uses unless told otherwise."""
+    image_sum: ClassVar[type[AbstractImageSum]]
+    """The sum over periodic images it uses unless told otherwise."""
 
     @abc.abstractmethod
     def resolved(self, rate: float, mu_bar: float) -> Self:
@@ -83,6 +86,7 @@ class PaperEngine(AbstractEngine):
         "beta": "constraint",
     }
     regularization: ClassVar[type[AbstractRegularization]] = PaperRegularization
+    image_sum: ClassVar[type[AbstractImageSum]] = ImageSum
 
     def __post_init__(self) -> None:
         checks.whole("intervals", self.intervals, LEAST_INTERVALS)
@@ -154,6 +158,7 @@ class SpectralEngine(AbstractEngine):
         "newton_passes": "stepping",
     }
     regularization: ClassVar[type[AbstractRegularization]] = SpheroidalRegularization
+    image_sum: ClassVar[type[AbstractImageSum]] = ExactImages
 
     def __post_init__(self) -> None:
         if self.nodes is not None:

@@ -11,8 +11,8 @@ from stokesfibers.core.tables import Table, as_table, build, choose, to_table
 from stokesfibers.domain import DOMAINS, AbstractDomain
 from stokesfibers.load import LOADS, AbstractLoad
 from stokesfibers.problem.problem import Problem
+from stokesfibers.summation import IMAGE_SUMS, AbstractImageSum, EngineImages
 from stokesfibers.summation.close_approach import CLOSE_APPROACHES, AbstractCloseApproach
-from stokesfibers.summation.images import IMAGE_SUMS, AbstractImageSum
 
 _SUM_KEYS = ("sum", "reach", "about")
 SOLVER_KEYS = ("solver", "tolerance", "most")
@@ -52,6 +52,8 @@ def _domain(table: Table) -> tuple[AbstractDomain, AbstractImageSum]:
     domain = choose(DOMAINS, table, "domain")
     if image_table and domain.kind == "free":
         raise InputError(f"domain.{next(iter(image_table))}", "nothing in free space", "a value")
+    if not image_table:
+        return domain, EngineImages()
     name = image_table.pop("sum", "images")
     if name not in IMAGE_SUMS:
         raise InputError("domain.sum", f"one of {', '.join(IMAGE_SUMS)}", repr(name))

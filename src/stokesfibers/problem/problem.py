@@ -14,8 +14,8 @@ from stokesfibers.flow import AbstractFlow, NoFlow
 from stokesfibers.load import AbstractLoad, NoLoad
 from stokesfibers.problem.engine import PaperEngine, SpectralEngine
 from stokesfibers.slender.mobility import AbstractMobility, NonLocal
+from stokesfibers.summation import AbstractImageSum, EngineImages, ExactImages
 from stokesfibers.summation.close_approach import AbstractCloseApproach, PaperCloseApproach
-from stokesfibers.summation.images import AbstractImageSum, ImageSum
 
 _NET_FORCE = (
     (
@@ -71,7 +71,7 @@ class Problem:
     mobility: AbstractMobility = field(default_factory=NonLocal)
     engine: PaperEngine | SpectralEngine = field(default_factory=PaperEngine)
     domain: AbstractDomain = field(default_factory=Free)
-    image_sum: AbstractImageSum = field(default_factory=ImageSum)
+    image_sum: AbstractImageSum = field(default_factory=EngineImages)
     close_approach: AbstractCloseApproach = field(default_factory=PaperCloseApproach)
     load: AbstractLoad = field(default_factory=NoLoad)
     tension_solver: AbstractTensionSolver = field(default_factory=FixedPoint)
@@ -86,6 +86,12 @@ class Problem:
         if not kinds or not all(isinstance(kind, Fiber) for kind in kinds):
             raise InputError("fiber", "a Fiber or a tuple of Fibers", self.fiber)
         directions = int((self.domain.lengths > 0.0).sum())
+        if isinstance(self.image_sum, EngineImages) or not directions:
+            object.__setattr__(self, "image_sum", self.engine.image_sum())
+        if isinstance(self.image_sum, ExactImages) and isinstance(self.engine, PaperEngine):
+            raise InputError(
+                "domain.sum", "'images' or 'truncated' with the paper's engine", repr("exact")
+            )
         if self.load.has_net_force and directions:
             raise InputError("load", *_NET_FORCE[directions > 1])
         if directions > self.image_sum.most_directions:

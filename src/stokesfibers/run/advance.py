@@ -24,7 +24,7 @@ from stokesfibers.stepping.base import AbstractStepper, C, StepError
 LARGEST_LENGTH_ERROR = 0.2
 """A fiber whose length is off by more than this fraction is no longer a solution."""
 _ROUNDING = 1e-9
-_PART_OF_A_STEP = 0.02  # of a length: how far a fiber may move between two looks at crossings
+_PART_OF_A_STEP = 0.05  # of a length: how far a fiber may move between two looks at crossings
 
 
 @dataclass(frozen=True)
@@ -143,15 +143,19 @@ def _advance(
 def _crossings(stepper: AbstractStepper[C], carry: C, ahead: C) -> tuple[Crossing, ...]:
     """Return the crossings of a step; a long one is looked at in parts, where it is known."""
     domain = stepper.problem.domain
-    before, after = stepper.positions(carry), stepper.positions(ahead)
-    parts = 1
-    if stepper.dense and (len(after) > 1 or domain.lengths.any()):
+    if len(stepper.problem.fibers) == 1 and not domain.lengths.any():
+        return ()
+    first, last = stepper.time(carry), stepper.time(ahead)
+    after, parts = stepper.positions(ahead), 1
+    if not stepper.dense:
+        before = stepper.positions(carry)
+    else:
+        before = stepper.view(ahead, first).positions  # at the nodes of the step's end
         moved = np.linalg.norm(after - before, axis=-1).max(axis=1)
         lengths = np.array([kind.length for kind in stepper.problem.fibers])
         parts = ceil(float(np.max(moved / lengths)) / _PART_OF_A_STEP)
     if parts <= 1:
         return find_crossings(before, after, domain)
-    first, last = stepper.time(carry), stepper.time(ahead)
     found: list[Crossing] = []
     for part in range(1, parts + 1):
         middle = after

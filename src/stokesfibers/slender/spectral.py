@@ -143,7 +143,7 @@ class SpectralFiber:
 
     @cached_property
     def kernel_tables(self) -> tuple[object, ...]:
-        """The constant arguments of `kernels.solve_increment`, in its order."""
+        """The constant arguments of `kernels.increment_system`, in its order."""
         return (
             self.sigma,
             self.tables,
@@ -212,11 +212,19 @@ class SpectralFiber:
 
     def between_nodes(self, values: Array, s: Array) -> Array:
         """Return the polynomial through nodal `values` (..., N) at s (point,), (..., point)."""
-        return values @ (legendre_values(s / self.length, self.count) @ self._to_legendre).T
+        return values @ (legendre_values(s / self.length, self.count) @ self.to_legendre).T
 
     @cached_property
-    def _to_legendre(self) -> Array:
+    def to_legendre(self) -> Array:
+        """Nodal values to Legendre coefficients of the polynomial through them, (N, N)."""
         return as_float(np.linalg.inv(legendre_values(self.sigma, self.count)))
+
+    @cached_property
+    def position_series(self) -> Array:
+        """Legendre coefficients of the position modes, (N, N + 4): ``modes @ position_series``."""
+        sigma, _ = gauss_legendre(self.count + 4)
+        values = legendre_values(sigma, sigma.size)
+        return as_float(np.linalg.solve(values, self.basis.positions(sigma)).T)
 
     def resolution(self, modes: Array) -> Resolution:
         """Return how well the modes (3, N) resolve their shape, from their decay."""

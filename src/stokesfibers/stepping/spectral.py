@@ -1,13 +1,14 @@
 """Linearly implicit difference formulas of order 1 to 5 for positions and tensions together, (20).
 
-With x and T extrapolated to the new time, (x*, T*), one dense system per fiber is solved for both:
+With x and T extrapolated to the new time, (x*, T*), one linear system is solved for both:
 
     8 pi mu (x_t - U) = -M* (f - g),   f = E x_ssss - [T* x_s + (T - T*) x*_s]_s,
     x*_s . x_s = (1 + |x*_s|^2) / 2,
 
-where x_t is the backward difference formula, U is linearised about x*, and M* = Lambda + K_delta at
-x*. Then ``|x_s|^2 - 1 = |x_s - x*_s|^2``: the length errs by the square of a step's error and does
-not drift. More Newton passes repeat the step about its own result. Steps depend on the carry alone.
+where x_t is the backward difference formula, U is linearised about x*, and M* at x* is Lambda +
+K_delta and, with an interaction, the velocities by all other fibers (`spectral_solve`). Then
+``|x_s|^2 - 1 = |x_s - x*_s|^2``: the length errs by the square of a step's error and does not
+drift. More Newton passes repeat the step about its own result. Steps depend on the carry alone.
 """
 
 from __future__ import annotations
@@ -26,14 +27,17 @@ from stokesfibers.kernels import spectral as kernels
 from stokesfibers.numerics import bdf
 from stokesfibers.numerics.step_control import AbstractStepControl
 from stokesfibers.slender.spectral import SpectralFiber
+from stokesfibers.slender.spectral_suspension import SpectralInteraction
 from stokesfibers.stepping.base import StepError
 from stokesfibers.stepping.report import StepReport
 from stokesfibers.stepping.spectral_carry import DEPTH, Carry, State, combined, pushed
+from stokesfibers.stepping.spectral_solve import IncrementSolver, Surroundings
 
 _NOISE = 1e-15  # rounding of positions: what the bend is measured against at least
 _STRAIGHT = 1e-9  # a bend, over the length, below which a fiber counts as straight
 _SHARE = 0.2  # error allowed to positions, over that allowed to the relative bend
 _MOST_TRIES = 40
+_START_REDUCTION = 1e-10
 _EULER_MODE = 500.6  # 4.73^4: slowest bending rate of a free rod
 
 Load = Callable[[Positions, float], Positions]
@@ -48,11 +52,12 @@ class _Try:
     offsets: list[float]
     predictors: list[list[float]]
     ratio: Array
+    iterations: int
     solved: float
 
 
 class SpectralStepper:
-    """Advances fibers, each alone in the flow, by formulas of order 1 to 5.
+    """Advances fibers, each alone in the flow or interacting, by formulas of order 1 to 5.
 
     Parameters
     ----------
@@ -67,7 +72,9 @@ class SpectralStepper:
     newton_passes
         1 for the linearly implicit step; 2 brings the length error to rounding.
     load
-        External force per length; None for none.
+        External force per length; None for none. It is taken at the extrapolated positions.
+    interaction
+        How the fibers act on each other; None for each alone.
     threads
         Threads that fibers are spread over; None for all cores. Results do not depend on it.
     """
@@ -81,6 +88,7 @@ class SpectralStepper:
         control: AbstractStepControl,
         newton_passes: int = 1,
         load: Load | None = None,
+        interaction: SpectralInteraction | None = None,
         threads: int | None = None,
     ) -> None:
         if not fibers or len({f.count for f in fibers}) > 1:
@@ -93,10 +101,10 @@ class SpectralStepper:
         self._drag = drag
         self._passes = newton_passes
         self._load = load
-        self._workers = Workers(threads)
+        self._solver = IncrementSolver(
+            fibers, drag, interaction=interaction, workers=Workers(threads)
+        )
         self._lengths = np.array([f.length for f in fibers])[:, None, None]
-        self._no_load = np.zeros((3, fibers[0].count))
-        self._tables = [f.kernel_tables for f in fibers]
         self._drags = [f.drag_number(drag) for f in fibers]
 
     def init(self, positions: tuple[Callable[[Array], Points], ...]) -> Carry:
@@ -109,18 +117,25 @@ class SpectralStepper:
         modes = np.stack([f.fit(p) for f, p in zip(self.fibers, positions, strict=True)])
         count, n = len(self.fibers), self.fibers[0].count
         rest = State(modes, np.zeros((count, n - 1)))
-        velocity, tensions, ratio = self._solve(rest, 0.0 * modes, 0.0, alpha=1.0, implicit=0.0)
+        start = self._solver.solve(
+            rest,
+            0.0 * modes,
+            self._surroundings(modes, 0.0),
+            alpha=1.0,
+            implicit=0.0,
+            reduction=_START_REDUCTION,
+        )
         history = np.zeros((count, DEPTH, 3, n))
         pulls = np.zeros((count, DEPTH, n - 1))
-        history[:, 0], pulls[:, 0] = modes, tensions
+        history[:, 0], pulls[:, 0] = modes, start.tensions
         return Carry(
             step=0,
             times=np.zeros(DEPTH),
             modes=history,
             tensions=pulls,
-            next_size=np.array([self.control.first(self._rate(velocity))]),
+            next_size=np.array([self.control.first(self._rate(start.modes))]),
             counters=np.array([1, 0, 1, 0, 0]),
-            ratio=ratio,
+            ratio=start.ratio,
         )
 
     def step(self, carry: Carry) -> tuple[Carry, StepReport]:
@@ -156,7 +171,7 @@ class SpectralStepper:
                     ratio=tried.ratio,
                 )
                 wall_time = (solving, perf_counter() - started - solving)
-                report = StepReport(ahead.time, size, order, wall_time, tries, self._passes)
+                report = StepReport(ahead.time, size, order, wall_time, tries, tried.iterations)
                 return ahead, report
             size = verdict.size
         raise StepError(
@@ -184,15 +199,15 @@ class SpectralStepper:
 
     def velocity(self, state: State, t: float) -> Array:
         """Return x_t of the model at the nodes for given positions and tensions, (fiber, 3, N)."""
-        flow, _, load = self._surroundings(state.modes, t)
-        out = np.empty_like(state.modes)
+        around = self._surroundings(state.modes, t)
+        force, resisted = np.empty_like(state.modes), np.empty_like(state.modes)
+        unit = np.array([f.rigidity / f.length**3 for f in self.fibers])[:, None, None]
         for k, fiber in enumerate(self.fibers):
             s = fiber.sigma * fiber.length
-            force = fiber.force(state.modes[k], state.tensions[k], s)
-            force -= load[k] * fiber.rigidity / fiber.length**3
-            resisted, _ = fiber.mobility_velocity(state.modes[k], force)
-            out[k] = fiber.length * flow[k] - resisted / self._drag
-        return out
+            force[k] = fiber.force(state.modes[k], state.tensions[k], s) / unit[k] - around.load[k]
+            resisted[k], _ = fiber.mobility_velocity(state.modes[k], force[k])
+        resisted += self._solver.others(state.modes, force, resisted)
+        return self._lengths * around.flow - unit * resisted / self._drag
 
     def _rate(self, velocity: Array) -> float:
         """Return a rate of change from the initial velocity modes, or from the bending rates."""
@@ -218,15 +233,18 @@ class SpectralStepper:
         guess = State(combined(value, carry.modes), combined(value, carry.tensions))
         moving = combined(rate, carry.modes)
         solving = perf_counter()
-        ratio = carry.ratio
+        ratio, iterations = carry.ratio, 0
         try:
             for _ in range(self._passes):
-                shift, pull, ratio = self._solve(guess, moving, t, alpha=alpha, implicit=1.0)
-                guess = State(guess.modes + shift, guess.tensions + pull)
-                moving = moving + alpha * shift
+                around = self._surroundings(guess.modes, t)
+                found = self._solver.solve(guess, moving, around, alpha=alpha, implicit=1.0)
+                guess = State(guess.modes + found.modes, guess.tensions + found.tensions)
+                moving = moving + alpha * found.modes
+                ratio, iterations = found.ratio, iterations + found.iterations
         except np.linalg.LinAlgError:  # not finite, or singular
             return None, dict.fromkeys((order,), float("inf"))
-        tried = _Try(guess, offsets, predictors, ratio, perf_counter() - solving)
+        solving = perf_counter() - solving
+        tried = _Try(guess, offsets, predictors, ratio, iterations, solving)
         return tried, self._errors(carry, tried, wanted)
 
     def _errors(self, carry: Carry, tried: _Try, orders: tuple[int, ...]) -> dict[int, float]:
@@ -249,42 +267,14 @@ class SpectralStepper:
             worst = np.where(errors > worst, errors, worst) if np.isfinite(errors).all() else errors
         return dict(zip(orders, worst.tolist(), strict=True))
 
-    def _solve(
-        self, state: State, rate: Array, t: float, *, alpha: float, implicit: float
-    ) -> tuple[Array, Array, Array]:
-        """Return increments of modes and tensions and the series' ratio; see the kernel."""
-        flow, gradient, load = self._surroundings(state.modes, t)
-        shift, pull = np.empty_like(state.modes), np.empty_like(state.tensions)
-        ratio = np.empty(len(self.fibers))
-
-        def one(k: int) -> None:
-            shift[k], pull[k], ratio[k] = kernels.solve_increment(
-                state.modes[k],
-                state.tensions[k],
-                rate[k],
-                flow[k],
-                gradient[k],
-                load[k],
-                alpha,
-                implicit,
-                self._drags[k],
-                *self._tables[k],
-            )
-
-        self._workers.for_each(len(self.fibers), one)
-        return shift, pull, ratio
-
-    def _surroundings(self, modes: Array, t: float) -> tuple[Array, Array, Array | list[Array]]:
-        """Return U / L (fiber, 3, N), grad U (fiber, N, 3, 3) and load L^3 / E (fiber, 3, N)."""
-        tables = [f.tables[0].T for f in self.fibers]
-        x = np.stack([m @ table for m, table in zip(modes, tables, strict=True)])
+    def _surroundings(self, modes: Array, t: float) -> Surroundings:
+        """Return flow and load at the nodes."""
+        x = np.matmul(modes, self.fibers[0].tables[0].T)
         points = np.ascontiguousarray((self._lengths * x).transpose(0, 2, 1))
-        flow = np.ascontiguousarray(
-            (self.flow.velocity(points, t) / self._lengths).transpose(0, 2, 1)
-        )
+        flow = (self.flow.velocity(points, t) / self._lengths).transpose(0, 2, 1)
         gradient = np.ascontiguousarray(self.flow.gradient(points, t))
-        if self._load is None:
-            return flow, gradient, [self._no_load] * len(self.fibers)
-        units = np.array([f.length**3 / f.rigidity for f in self.fibers])[:, None, None]
-        load = np.ascontiguousarray((units * self._load(points, t)).transpose(0, 2, 1))
-        return flow, gradient, load
+        load = np.zeros_like(x)
+        if self._load is not None:
+            units = np.array([f.length**3 / f.rigidity for f in self.fibers])[:, None, None]
+            load = np.ascontiguousarray((units * self._load(points, t)).transpose(0, 2, 1))
+        return Surroundings(np.ascontiguousarray(flow), gradient, load)

@@ -19,6 +19,7 @@ from stokesfibers.problem.engine import SpectralEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.sampled import Shape, View
 from stokesfibers.slender.spectral import SpectralFiber
+from stokesfibers.slender.spectral_suspension import SpectralInteraction
 from stokesfibers.stepping.base import AbstractStepper, StepError
 from stokesfibers.stepping.report import StepReport
 from stokesfibers.stepping.spectral import Load, SpectralStepper
@@ -28,6 +29,8 @@ _SHOWN_PER_NODE = 4
 _SPATIAL_SHARE = 0.3  # of the tolerance: the error through lack of nodes that is let pass
 _AIM = 0.03  # of the tolerance: the error that new nodes are chosen for
 _FIXED_TOLERANCE = 1e-4  # for the nodes, where steps are fixed
+_QUADRATURE_SHARE = 0.1  # of what a step may commit: the error of velocities between fibers
+_FIXED_QUADRATURE = 1e-8  # of them, where steps are fixed
 _GROWTH, _LEAST_CAPACITY = 4, 128  # most nodes of a run: these times the first, at least
 
 
@@ -88,11 +91,6 @@ class SpectralRunStepper(AbstractStepper[Carry]):
         The case; its engine must be a `SpectralEngine`.
     threads
         Threads that fibers are spread over; None for all cores. Results do not depend on it.
-
-    Raises
-    ------
-    InputError
-        If the problem has what this engine cannot do yet.
     """
 
     dense: ClassVar[bool] = True
@@ -108,7 +106,6 @@ class SpectralRunStepper(AbstractStepper[Carry]):
         self._capacity = adapted if self._engine.adapt_nodes else self._engine.nodes
         self._tolerance = problem.engine.rtol or _FIXED_TOLERANCE
         self._on = lru_cache(maxsize=8)(self._discretised)
-        _refuse_interaction(problem)
 
     def start(self, curves: tuple[Curve, ...]) -> Carry:
         assert self._engine.nodes is not None
@@ -203,13 +200,15 @@ class SpectralRunStepper(AbstractStepper[Carry]):
         }
         shown = {kind: ShownFiber.of(fiber) for kind, fiber in kinds.items()}
         fibers = tuple(kinds[kind] for kind in problem.fibers)
+        control = _control(engine)
         stepper = SpectralStepper(
             fibers,
             drag=problem.drag,
             flow=problem.flow,
-            control=_control(engine),
+            control=control,
             newton_passes=engine.newton_passes,
             load=_load(problem, fibers),
+            interaction=_interaction(problem, fibers, control),
             threads=self._threads,
         )
         return _Discretised(stepper, tuple(shown[kind] for kind in problem.fibers))
@@ -258,10 +257,15 @@ def _load(problem: Problem, fibers: tuple[SpectralFiber, ...]) -> Load | None:
     return density
 
 
-def _refuse_interaction(problem: Problem) -> None:
-    if len(problem.fibers) > 1 or problem.domain.lengths.any():
-        raise InputError(
-            "engine",
-            "'paper' for several fibers or a periodic domain",
-            repr(problem.engine.kind),
-        )
+def _interaction(
+    problem: Problem, fibers: tuple[SpectralFiber, ...], control: AbstractStepControl
+) -> SpectralInteraction:
+    adaptive = isinstance(control, AdaptiveSteps)
+    wanted = _QUADRATURE_SHARE * control.step_tolerance if adaptive else _FIXED_QUADRATURE
+    return SpectralInteraction.build(
+        fibers,
+        problem.domain,
+        image_sum=problem.image_sum,
+        close_approach=problem.close_approach,
+        tolerance=min(1e-2, max(1e-13, wanted)),
+    )

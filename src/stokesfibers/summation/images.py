@@ -98,5 +98,11 @@ class TruncatedSum(AbstractImageSum):
         _check(self)
 
 
-IMAGE_SUMS: dict[str, type[AbstractImageSum]] = {s.kind: s for s in (ImageSum, TruncatedSum)}
-"""Image sums by the name a case file gives."""
+class EngineImages(AbstractImageSum):
+    """Whatever the engine uses unless told otherwise; a problem replaces it."""
+
+    kind: ClassVar[str] = "engine's own"
+    citation: ClassVar[str] = ""
+    most_directions: ClassVar[int] = 1
+    reach: ClassVar[int] = 1  # pyright: ignore[reportIncompatibleVariableOverride]
+    about: ClassVar[About] = "midpoint"  # pyright: ignore[reportIncompatibleVariableOverride]

@@ -1,0 +1,366 @@
+"""Compiled sums over other fibers in Legendre modes: (7) + (8) by quadrature, close approach.
+
+Arrays are component first. Velocities are those of ``V + D W`` with D = (eps L)^2 / 2, times
+8 pi mu and without the minus of (6). A source that a target is far from is summed over its own N
+Gauss-Legendre nodes. Near ones get a row: the velocity per Legendre coefficient of the force, by a
+rule whose points gather where the source comes nearest. With ``s' = s_0 + b sinh t``, s_0 the
+nearest arclength and b the distance there, the kernel is smooth in t. A source that comes near
+several times is cut in between. Targets of one fiber are handled by one call; calls are independent
+and release the GIL. Slow twins are in ``tests/reference``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from stokesfibers.kernels.pairs import blend_weight
+
+_OPTIONS = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": {"reassoc", "contract", "arcp", "nsz"},
+}
+# Inlined and uncached parts, so that a kernel rounds alike whether fresh or from the cache.
+_PART = {**_OPTIONS, "cache": False, "forceinline": True}
+_WIDTH = 1.2  # distance in t of the kernel's poles from the real axis, pi/2 if it were straight
+_MOST_SEARCHES = 60
+_NOTICED = 5.0  # reaches within which another approach of a source is resolved by itself
+
+
+@njit(**_PART)
+def _plain(px, py, pz, x, force, doublet):
+    """Return the sum of V + D W over the nodes of one source; forces carry their weights."""
+    ox, oy, oz = 0.0, 0.0, 0.0
+    for j in range(x.shape[1]):
+        rx, ry, rz = px - x[0, j], py - x[1, j], pz - x[2, j]
+        fx, fy, fz = force[0, j], force[1, j], force[2, j]
+        inverse2 = 1.0 / (rx * rx + ry * ry + rz * rz)
+        inverse = np.sqrt(inverse2)
+        inverse3 = inverse * inverse2
+        on_force = inverse + doublet * inverse3
+        along = (rx * fx + ry * fy + rz * fz) * inverse3 * (1.0 - 3.0 * doublet * inverse2)
+        ox += on_force * fx + along * rx
+        oy += on_force * fy + along * ry
+        oz += on_force * fz + along * rz
+    return ox, oy, oz
+
+
+@njit(**_PART)
+def _curve_at(p, series, sigma, at):
+    """Set at (3, 3) to x - p, dx/dsigma, d2x/dsigma2 of Legendre coefficients `series` (3, n)."""
+    z = 2.0 * sigma - 1.0
+    p0, p1, d0, d1, c0, c1 = 1.0, z, 0.0, 1.0, 0.0, 0.0
+    for d in range(3):
+        at[0, d] = series[d, 0] - p[d] + series[d, 1] * z
+        at[1, d] = series[d, 1]
+        at[2, d] = 0.0
+    for k in range(2, series.shape[1]):
+        # P'_k = P'_{k-2} + (2 k - 1) P_{k-1}, and alike for P''
+        p2 = ((2 * k - 1) * z * p1 - (k - 1) * p0) / k
+        d2 = d0 + (2 * k - 1) * p1
+        c2 = c0 + (2 * k - 1) * d1
+        for d in range(3):
+            at[0, d] += series[d, k] * p2
+            at[1, d] += series[d, k] * d2
+            at[2, d] += series[d, k] * c2
+        p0, p1, d0, d1, c0, c1 = p1, p2, d1, d2, c1, c2
+    for d in range(3):
+        at[1, d] *= 2.0
+        at[2, d] *= 4.0
+
+
+@njit(**_PART)
+def _nearest_within(p, series, low, high, at):
+    """Return the fraction in [low, high] nearest to p, and the distance, by safeguarded Newton."""
+    sigma, found = 0.5 * (low + high), -1.0
+    for end in range(2):
+        # an end of the fiber is nearest if the distance grows from there inwards
+        edge = low if end == 0 else high
+        if (end == 0 and low == 0.0) or (end == 1 and high == 1.0):
+            _curve_at(p, series, edge, at)
+            slope = at[0, 0] * at[1, 0] + at[0, 1] * at[1, 1] + at[0, 2] * at[1, 2]
+            if (slope >= 0.0) == (end == 0):
+                found = edge
+                break
+    if found >= 0.0:
+        sigma = found
+    else:
+        for _ in range(_MOST_SEARCHES):
+            _curve_at(p, series, sigma, at)
+            slope, bend = 0.0, 0.0
+            for d in range(3):
+                slope += at[0, d] * at[1, d]
+                bend += at[1, d] * at[1, d] + at[0, d] * at[2, d]
+            if slope > 0.0:
+                high = sigma
+            else:
+                low = sigma
+            ahead = sigma - slope / bend if bend > 0.0 else -1.0
+            if not low <= ahead <= high:
+                ahead = 0.5 * (low + high)
+            moved = abs(ahead - sigma)
+            sigma = ahead
+            if moved < 1e-15:
+                break
+        _curve_at(p, series, sigma, at)
+    return sigma, np.sqrt(at[0, 0] ** 2 + at[0, 1] ** 2 + at[0, 2] ** 2)
+
+
+@njit(**_PART)
+def _rule_size(half, share, digits, modes, sizes):
+    """Return the index of the smallest rule that resolves a piece of half-width `half` in t.
+
+    `share` is that of the piece in the length: it holds about as many of the force's oscillations.
+    """
+    q = _WIDTH / half
+    wanted = (0.15 + 0.35 * share) * modes + 0.5 * digits / np.log(q + np.sqrt(q * q + 1.0))
+    rule = 0
+    while rule < sizes.size - 1 and sizes[rule] < wanted:
+        rule += 1
+    return rule
+
+
+@njit(**_PART)
+def _add_piece(p, series, length, doublet, weight, piece, rule, work, values, row):
+    """Add `weight` times the velocity per Legendre coefficient by one piece of the source to row.
+
+    `piece` is (start, end, nearest, distance) in fractions and units of the length, `rule` (2, n)
+    nodes and weights on [-1, 1].
+    """
+    start, end, middle, b = piece
+    low, high = np.arcsinh((start - middle) / b), np.arcsinh((end - middle) / b)
+    n, count = rule.shape[1], row.shape[1]
+    before, now, z = work[0], work[1], work[2]
+    rx, ry, rz, share = work[3], work[4], work[5], work[6]
+    for q in range(n):
+        t = 0.5 * (low + high) + 0.5 * (high - low) * rule[0, q]
+        e = np.exp(t)
+        u = 0.5 * b * (e - 1.0 / e)
+        share[q] = 0.25 * b * (e + 1.0 / e) * (high - low) * rule[1, q] * length * weight
+        z[q] = 2.0 * (middle + u) - 1.0
+        before[q], now[q] = 1.0, z[q]
+        rx[q] = p[0] - series[0, 0] - series[0, 1] * z[q]
+        ry[q] = p[1] - series[1, 0] - series[1, 1] * z[q]
+        rz[q] = p[2] - series[2, 0] - series[2, 1] * z[q]
+        values[0, q], values[1, q] = 1.0, z[q]
+    for k in range(2, series.shape[1]):
+        sx, sy, sz = series[0, k], series[1, k], series[2, k]
+        g, h = (2.0 * k - 1.0) / k, (k - 1.0) / k
+        older, newer, target = values[k - 2], values[k - 1], values[k]
+        for q in range(n):
+            fresh = g * z[q] * newer[q] - h * older[q]
+            target[q] = fresh
+            rx[q] -= sx * fresh
+            ry[q] -= sy * fresh
+            rz[q] -= sz * fresh
+    for q in range(n):
+        inverse2 = 1.0 / (rx[q] * rx[q] + ry[q] * ry[q] + rz[q] * rz[q])
+        inverse = np.sqrt(inverse2) * share[q]
+        inverse3 = inverse * inverse2
+        now[q] = inverse + doublet * inverse3
+        before[q] = inverse3 * (1.0 - 3.0 * doublet * inverse2)
+    for k in range(count):
+        target = values[k]
+        xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for q in range(n):
+            on_force, along = now[q] * target[q], before[q] * target[q]
+            ax, ay = along * rx[q], along * ry[q]
+            xx += on_force + ax * rx[q]
+            yy += on_force + ay * ry[q]
+            zz += on_force + along * rz[q] * rz[q]
+            xy += ax * ry[q]
+            xz += ax * rz[q]
+            yz += ay * rz[q]
+        row[0, k] += xx
+        row[1, k] += yy
+        row[2, k] += zz
+        row[3, k] += xy
+        row[4, k] += xz
+        row[5, k] += yz
+
+
+@njit(**_PART)
+def _square(p, x, j):
+    return (p[0] - x[0, j]) ** 2 + (p[1] - x[1, j]) ** 2 + (p[2] - x[2, j]) ** 2
+
+
+@njit(**_PART)
+def _fill_row(p, x, series, sigma, settings, rules, scratch, row, blend):
+    """Set row (6, N) and blend (N,): velocity per coefficient of the force and of Lambda f + K f.
+
+    `settings` is (length, doublet, reach, d0, smooth, digits).
+    """
+    length, doublet, reach, d0, smooth, digits = settings
+    nodes, weights, sizes = rules
+    lows, highs, middles, distances, work, values, at = scratch
+    n = x.shape[1]
+    noticed2 = (_NOTICED * reach) ** 2
+    row[:] = 0.0
+    blend[:] = 0.0
+    pieces, cut, deepest, best = 0, 0.0, -1.0, 0
+    for j in range(n):
+        own = _square(p, x, j)
+        before = _square(p, x, j - 1) if j > 0 else np.inf
+        after = _square(p, x, j + 1) if j < n - 1 else np.inf
+        if pieces > 0 and own > deepest:
+            deepest, cut = own, sigma[j]
+        if own < noticed2 and own <= before and own < after:
+            if pieces > 0:
+                highs[pieces - 1] = cut
+            lows[pieces] = cut if pieces > 0 else 0.0
+            low, high = sigma[j - 1] if j > 0 else 0.0, sigma[j + 1] if j < n - 1 else 1.0
+            middles[pieces], distances[pieces] = _nearest_within(p, series, low, high, at)
+            if distances[pieces] < distances[best]:
+                best = pieces
+            pieces += 1
+            deepest = -1.0
+    highs[pieces - 1] = 1.0
+    w = blend_weight(distances[best], d0, smooth)
+    if w > 0.0:
+        for m in range(pieces):
+            b = distances[m] / length
+            half = 0.5 * (
+                np.arcsinh((highs[m] - middles[m]) / b) - np.arcsinh((lows[m] - middles[m]) / b)
+            )
+            r = _rule_size(half, highs[m] - lows[m], digits, n, sizes)
+            rule = np.empty((2, sizes[r]))
+            rule[0] = nodes[r, : sizes[r]]
+            rule[1] = weights[r, : sizes[r]]
+            piece = (lows[m], highs[m], middles[m], b)
+            _add_piece(p, series, length, doublet, w, piece, rule, work, values, row)
+    if w < 1.0:
+        z = 2.0 * middles[best] - 1.0
+        older, newer = 1.0, z
+        blend[0], blend[1] = 1.0 - w, (1.0 - w) * z
+        for k in range(2, n):
+            older, newer = newer, ((2 * k - 1) * z * newer - (k - 1) * older) / k
+            blend[k] = (1.0 - w) * newer
+
+
+@njit(**_OPTIONS)
+def near_rows(points, own, shift, near_shifts, sources, close, rules):
+    """Return which sources are near which targets, and their rows.
+
+    Parameters
+    ----------
+    points
+        Targets of one fiber, (3, point).
+    own
+        Its index, whose image p = 0 is left out; -1 for points in the fluid.
+    shift
+        Lattice vector that brings the targets to each source, (fiber, 3).
+    near_shifts
+        Of the images that are summed directly, (image, 3).
+    sources
+        (positions at the nodes (fiber, 3, N), their Legendre coefficients (fiber, 3, N + 4), nodes
+        as fractions (N,), lengths (fiber,), doublets (fiber,)).
+    close
+        (reach (fiber,), d0 (fiber,), smooth, digits): nearer than the reach a source gets a row,
+        with a relative error of exp(-digits).
+    rules
+        Gauss-Legendre rules on [-1, 1]: (nodes (rule, most), weights, sizes (rule,)).
+
+    Returns
+    -------
+    number
+        Of the row, -1 for none, (fiber, image, point).
+    rows
+        Velocity per Legendre coefficient of the force: xx, yy, zz, xy, xz, yz, (row, 6, N).
+    blends
+        The same per coefficient of the source's own Lambda f + K f, (row, N).
+    """
+    x, series, sigma, lengths, doublets = sources
+    reach, d0, smooth, digits = close
+    count, n = x.shape[0], x.shape[2]
+    number = np.full((count, near_shifts.shape[0], points.shape[1]), -1)
+    p = np.empty(3)
+    total = 0
+    for k in range(count):
+        for q in range(near_shifts.shape[0]):
+            a = shift[k] + near_shifts[q]
+            if k == own and a[0] == 0.0 and a[1] == 0.0 and a[2] == 0.0:
+                continue
+            for i in range(points.shape[1]):
+                for d in range(3):
+                    p[d] = points[d, i] + a[d]
+                least = np.inf
+                for j in range(n):
+                    least = min(least, _square(p, x[k], j))
+                if least < reach[k] * reach[k]:
+                    number[k, q, i] = total
+                    total += 1
+    rows, blends = np.empty((total, 6, n)), np.empty((total, n))
+    most = rules[0].shape[1]
+    scratch = (
+        np.empty(n),
+        np.empty(n),
+        np.empty(n),
+        np.empty(n),
+        np.empty((7, most)),
+        np.empty((series.shape[2], most)),
+        np.empty((3, 3)),
+    )
+    for k in range(count):
+        settings = (lengths[k], doublets[k], reach[k], d0[k], smooth, digits)
+        for q in range(near_shifts.shape[0]):
+            a = shift[k] + near_shifts[q]
+            for i in range(points.shape[1]):
+                r = number[k, q, i]
+                if r >= 0:
+                    for d in range(3):
+                        p[d] = points[d, i] + a[d]
+                    _fill_row(
+                        p, x[k], series[k], sigma, settings, rules, scratch, rows[r], blends[r]
+                    )
+    return number, rows, blends
+
+
+@njit(**_OPTIONS)
+def others_velocity(points, own, shift, near_shifts, x, doublets, near, forces):
+    """Return 8 pi mu times minus the velocity of all fibers but `own` at `points`, (3, point).
+
+    Parameters
+    ----------
+    points, own, shift, near_shifts
+        As for `near_rows`.
+    x, doublets
+        Positions of the sources at the nodes (fiber, 3, N) and their doublets (fiber,).
+    near
+        What `near_rows` returned.
+    forces
+        (force per length times quadrature weight at the nodes, Legendre coefficients of the force,
+        Legendre coefficients of Lambda f + K f), each (fiber, 3, N).
+    """
+    number, rows, blends = near
+    weighted, series, centreline = forces
+    out = np.zeros(points.shape)
+    for k in range(x.shape[0]):
+        for q in range(near_shifts.shape[0]):
+            a = shift[k] + near_shifts[q]
+            if k == own and a[0] == 0.0 and a[1] == 0.0 and a[2] == 0.0:
+                continue
+            for i in range(points.shape[1]):
+                r = number[k, q, i]
+                if r < 0:
+                    vx, vy, vz = _plain(
+                        points[0, i] + a[0],
+                        points[1, i] + a[1],
+                        points[2, i] + a[2],
+                        x[k],
+                        weighted[k],
+                        doublets[k],
+                    )
+                else:
+                    vx, vy, vz = 0.0, 0.0, 0.0
+                    row, blend, f, c = rows[r], blends[r], series[k], centreline[k]
+                    for m in range(x.shape[2]):
+                        fx, fy, fz, b = f[0, m], f[1, m], f[2, m], blend[m]
+                        vx += row[0, m] * fx + row[3, m] * fy + row[4, m] * fz + b * c[0, m]
+                        vy += row[3, m] * fx + row[1, m] * fy + row[5, m] * fz + b * c[1, m]
+                        vz += row[4, m] * fx + row[5, m] * fy + row[2, m] * fz + b * c[2, m]
+                out[0, i] += vx
+                out[1, i] += vy
+                out[2, i] += vz
+    return out
