@@ -60,7 +60,8 @@ def _case_rows(case: Case) -> Iterator[Row]:
     yield "model", f"{model['mobility']}; regularization {_pairs(model.get('regularization', {}))}"
     yield "initial", _pairs(tables["initial"])
     steps = {k: v for k, v in tables["stepping"].items() if k != "until"}
-    engine = {**tables["discretization"], **steps, **tables["constraint"]}
+    tension = tables["constraint"] if case.problem.engine.kind == "paper" else {}
+    engine = {**tables["discretization"], **steps, **tension}
     yield "engine", f"{tables['engine']}, {_pairs(engine)}"
     yield "until", number(case.until)
 

@@ -105,11 +105,12 @@ def _steps(stepper: AbstractStepper[C], carry: C, until: float) -> tuple[int, fl
         dt = stepper.time(carry) / carry.step
         steps = ceil(until / dt - 1e-9)
         return steps, steps * dt
-    started = perf_counter()
+    started, size = perf_counter(), until
     while not stepper.reached(carry, until) and perf_counter() - started < _TRIAL_SECONDS:
-        carry, _ = stepper.step(carry)
-    share = min(1.0, stepper.time(carry) / until)
-    return ceil(carry.step / share), until
+        carry, report = stepper.step(carry)
+        size = report.step_size  # the first steps of a run are short
+    left = max(0.0, until - stepper.time(carry))
+    return carry.step + ceil(left / size), until
 
 
 def _records(interval: float, end: float, most: int | None) -> int:
