@@ -14,7 +14,7 @@ from stokesfibers.constraint.coupled import FixedPoint
 from stokesfibers.domain import Periodic
 from stokesfibers.fiber.suspension import Lattice, Suspension
 from stokesfibers.load import StericRepulsion
-from support import assert_close
+from support import assert_close, assert_same
 
 
 def _problem(**changes):
@@ -32,13 +32,6 @@ def _initial(problem, seed=3):
     return placed.curves(problem.fibers, problem.domain.lengths)
 
 
-def _same(one, other):
-    for group in ("trajectory", "observables", "numerics"):
-        for name, values in one[group].data_vars.items():
-            if name != "wall_time":
-                assert np.array_equal(values, other[group][name]), f"{group}/{name}"
-
-
 @pytest.mark.parametrize("load", [None, StericRepulsion(strength=2e3, range=0.3)])
 def test_stopped_and_resumed_run_is_bitwise_the_unstopped_one(load, tmp_path):
     problem = _problem(**({} if load is None else {"load": load}))
@@ -54,7 +47,7 @@ def test_stopped_and_resumed_run_is_bitwise_the_unstopped_one(load, tmp_path):
     assert half.status.code == "interrupted"
     done = sf.resume(path)
     assert done.status.code == "done"
-    _same(whole.data, done.data)
+    assert_same(whole.data, done.data)
 
 
 def test_suspension_records_distances_stress_and_iterations(tmp_path):

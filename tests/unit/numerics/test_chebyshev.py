@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support import assert_close
 
 from stokesfibers.numerics.chebyshev import ChebyshevGrid
+from support import assert_close
 
 
 @pytest.mark.parametrize("intervals", [2, 8, 16])
