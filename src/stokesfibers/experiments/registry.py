@@ -39,6 +39,9 @@ _OTHERS = (
         "Terminal shapes of a falling fiber against the elasto-gravitational number",
         "ours, with exact limits",
     ),
+    ("accuracy", "Error against cost, both engines; the integral of N_1", "Engine study"),
+    ("tolerance", "The error asked for and the error got, 20 cases", "Engine study"),
+    ("regularization", "Three choices of delta(s): eigenvalues, slopes, runs", "Engine study"),
 )
 
 EXPERIMENTS: dict[str, Experiment] = {

@@ -1,0 +1,219 @@
+"""Runs of the buckling filament by either engine and any regularisation, and what they cost.
+
+Times are given in units of a bare one-thread LAPACK solve of the size of the paper's system at
+N = 200, measured in the same process, so that they can be compared between machines.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from time import perf_counter
+
+import numpy as np
+import xarray as xr
+from threadpoolctl import threadpool_limits
+
+from stokesfibers.core.arrays import Array
+from stokesfibers.core.errors import StokesFibersError
+from stokesfibers.experiments.tiers import EPS, POSITIONS_EVERY, BucklingRun, Tier
+from stokesfibers.fiber.initial import NearlyStraight
+from stokesfibers.fiber.parameters import Fiber
+from stokesfibers.flow import Shear
+from stokesfibers.problem.engine import PaperEngine, SpectralEngine
+from stokesfibers.problem.problem import Problem
+from stokesfibers.run.schedule import Schedule
+from stokesfibers.run.simulate import simulate
+from stokesfibers.slender.mobility import NonLocal
+from stokesfibers.slender.regularization import AbstractRegularization, SpheroidalRegularization
+from stokesfibers.stepping.engines import stepper_of
+
+UNIT_SIZE = 603
+"""3 (N + 1) for N = 200."""
+_SOLVES = 15
+
+
+@dataclass(frozen=True)
+class EngineRun:
+    """A run of the nearly straight filament of `tiers` by any engine.
+
+    Attributes
+    ----------
+    tier
+        Start, length and recording times.
+    mu_bar
+        Effective viscosity (10).
+    engine
+        Discretisation and time stepping.
+    regularization
+        delta(s).
+    observe
+        Interval between observables; that of the tier if None.
+    """
+
+    tier: Tier
+    mu_bar: float
+    engine: PaperEngine | SpectralEngine
+    regularization: AbstractRegularization = field(default_factory=SpheroidalRegularization)
+    observe: float | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the run's store, without its suffix."""
+        engine = self.engine
+        if isinstance(engine, PaperEngine):
+            how = f"N{engine.intervals}"
+        else:
+            how = f"nodes{engine.nodes or 0}-rtol{engine.rtol or 0.0:.0e}"
+        kind = self.regularization.kind
+        return f"{self.tier.name}-{engine.kind}-mubar{self.mu_bar:.0f}-{how}-{kind}"
+
+    @property
+    def until(self) -> float:
+        """Time to stop."""
+        return self.tier.until
+
+    @property
+    def schedule(self) -> Schedule:
+        """What is recorded when; at points that all grids of the tier share."""
+        points = self.tier.levels[0] + 1 if isinstance(self.engine, SpectralEngine) else None
+        every = self.tier.observe if self.observe is None else self.observe
+        return Schedule(POSITIONS_EVERY, every, 20 * POSITIONS_EVERY, points)
+
+    @property
+    def initial(self) -> NearlyStraight:
+        """The initial shape (47)."""
+        return NearlyStraight(angle=self.tier.angle, amplitude=self.tier.amplitude)
+
+    @property
+    def problem(self) -> Problem:
+        """The problem to solve."""
+        return Problem(
+            Fiber(length=1.0, slenderness=EPS, rigidity=1.0),
+            mu_bar=self.mu_bar,
+            flow=Shear(rate=1.0),
+            mobility=NonLocal(self.regularization),
+            engine=self.engine,
+        )
+
+
+def paper_run(
+    tier: Tier, mu_bar: float, intervals: int, regularization: AbstractRegularization
+) -> EngineRun | BucklingRun:
+    """Return the run by the paper's scheme with a given delta(s); with (16) the figures' own."""
+    figures = BucklingRun(tier, mu_bar, intervals)
+    if regularization.kind == "paper":
+        return figures
+    engine = figures.problem.engine
+    assert isinstance(engine, PaperEngine)
+    return EngineRun(tier, mu_bar, engine, regularization)
+
+
+def shapes(tree: xr.DataTree, times: Array, points: int) -> Array:
+    """Return the recorded centrelines at `times` and `points` equally spaced arclengths.
+
+    Parameters
+    ----------
+    tree
+        A run of one fiber.
+    times : (time,)
+        Each must have been recorded.
+    points
+        One of the recorded points must lie at each of these.
+
+    Returns
+    -------
+    Array
+        (time, point, 3).
+    """
+    trajectory = tree["trajectory"]
+    stored = trajectory["time"].to_numpy()
+    picked = [int(np.argmin(np.abs(stored - t))) for t in times]
+    position = trajectory["position"].to_numpy()[picked, 0]
+    step, rest = divmod(position.shape[1] - 1, points - 1)
+    if rest or np.abs(stored[picked] - times).max() > 1e-6:
+        raise StokesFibersError(f"a run has no records at {points} points and the times asked for")
+    return position[:, ::step]
+
+
+def largest_distance(one: Array, other: Array) -> float:
+    """Return the largest distance between the same material points at the same times."""
+    return float(np.linalg.norm(one - other, axis=-1).max())
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a run without records costs on one thread, after compilation.
+
+    Attributes
+    ----------
+    whole
+        Smallest wall time of all steps with the choice of nodes and all checks [s].
+    formulas
+        Smallest wall time in the formulas of the steps alone, as in ``numerics/wall_time`` [s].
+    steps
+        Number of steps.
+    rejected
+        Number of steps that were tried again.
+    nodes
+        Nodes at the end, or intervals + 1.
+    """
+
+    whole: float
+    formulas: float
+    steps: int
+    rejected: int
+    nodes: int
+
+
+def solved(run: EngineRun) -> xr.DataTree:
+    """Return what `run` records, kept in memory."""
+    problem = run.problem
+    curves = run.initial.curves(problem.fibers, problem.domain.lengths)
+    result = simulate(problem, curves, until=run.until, record=run.schedule, threads=1)
+    if result.status.code == "interrupted":
+        raise KeyboardInterrupt
+    if not result.status.ok:
+        raise StokesFibersError(f"run {run.name} failed: {result.status.explanation}")
+    return result.data
+
+
+def cost(run: EngineRun, repeats: int) -> Cost:
+    """Return what `run` costs without records: the smallest times of `repeats` runs.
+
+    Other work on the machine can only make a run slower; hence the smallest time.
+    """
+    found = [_timed(run) for _ in range(repeats)]
+    first = found[0]
+    whole, formulas = min(c.whole for c in found), min(c.formulas for c in found)
+    return Cost(whole, formulas, first.steps, first.rejected, first.nodes)
+
+
+def _timed(run: EngineRun) -> Cost:
+    problem = run.problem
+    curves = run.initial.curves(problem.fibers, problem.domain.lengths)
+    reports = []
+    with threadpool_limits(limits=1):
+        stepper = stepper_of(problem, threads=1)
+        carry = stepper.start(curves)
+        begun = perf_counter()
+        while not stepper.reached(carry, run.until):
+            carry, report = stepper.step(carry)
+            reports.append(report)
+        whole = perf_counter() - begun
+    formulas = sum(sum(report.wall_time) for report in reports)
+    rejected = sum(report.rejected for report in reports)
+    return Cost(whole, formulas, len(reports), rejected, reports[-1].nodes)
+
+
+def unit_times() -> Array:
+    """Return times [s] of bare one-thread LAPACK solves of size `UNIT_SIZE`, (solve,)."""
+    rng = np.random.default_rng(1)
+    matrix, right = rng.normal(size=(UNIT_SIZE, UNIT_SIZE)), rng.normal(size=UNIT_SIZE)
+    times = np.empty(_SOLVES)
+    with threadpool_limits(limits=1):
+        np.linalg.solve(matrix, right)
+        for k in range(_SOLVES):
+            begun = perf_counter()
+            np.linalg.solve(matrix, right)
+            times[k] = perf_counter() - begun
+    return times
