@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import xarray as xr
 from numpy.polynomial import Chebyshev
 
 from stokesfibers.core.arrays import Array
+from stokesfibers.flow import AbstractFlow
 from stokesfibers.problem.problem import Problem
 from stokesfibers.stepping.paper import Carry, PaperStepper
 
@@ -154,3 +156,20 @@ def assert_same(found: xr.DataTree, whole: xr.DataTree) -> None:
             assert a.tobytes() == b.tobytes(), name
             compared += 1
     assert compared > 15
+
+
+@dataclass(frozen=True)
+class LinearFlow(AbstractFlow):
+    """U_i = g_ij x_j."""
+
+    kind: ClassVar[str] = "linear"
+    matrix: tuple[tuple[float, ...], ...]
+
+    def velocity(self, x, t):  # noqa: ARG002
+        return x @ np.array(self.matrix).T
+
+    def gradient(self, x, t):  # noqa: ARG002
+        return np.broadcast_to(self.matrix, (*x.shape, 3))
+
+    def rate_scale(self):
+        return 1.0

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
-from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -13,7 +11,7 @@ from reference.twins import continuous_finite_part
 from stokesfibers.core.errors import InputError
 from stokesfibers.fiber import curves
 from stokesfibers.fiber.parameters import Fiber
-from stokesfibers.flow import AbstractFlow, Shear
+from stokesfibers.flow import Shear
 from stokesfibers.numerics.legendre import gauss_legendre, legendre_values
 from stokesfibers.numerics.shape_free import shape_free_weights
 from stokesfibers.numerics.step_control import AdaptiveSteps, FixedSteps
@@ -28,28 +26,11 @@ from stokesfibers.stepping.base import StepError
 from stokesfibers.stepping.report import StepReport
 from stokesfibers.stepping.spectral import SpectralStepper
 from stokesfibers.stepping.spectral_carry import Carry, State
-from support import assert_close, assert_order, free_end_curve
+from support import LinearFlow, assert_close, assert_order, free_end_curve
 
 CURVE = free_end_curve()
 BENT = free_end_curve(bend=90.0)
 MU_BAR, END = 1e5, 3.0
-
-
-@dataclass(frozen=True)
-class LinearFlow(AbstractFlow):
-    """U_i = g_ij x_j."""
-
-    kind: ClassVar[str] = "linear"
-    matrix: tuple[tuple[float, ...], ...]
-
-    def velocity(self, x, t):  # noqa: ARG002
-        return x @ np.array(self.matrix).T
-
-    def gradient(self, x, t):  # noqa: ARG002
-        return np.broadcast_to(self.matrix, (*x.shape, 3))
-
-    def rate_scale(self):
-        return 1.0
 
 
 def _force(s):

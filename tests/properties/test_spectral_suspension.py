@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
-from typing import ClassVar
 
 import numpy as np
 import pytest
 
 from reference.pair_twins import plain
 from stokesfibers.domain import Free, Periodic
-from stokesfibers.flow import AbstractFlow, Shear
+from stokesfibers.flow import Shear
 from stokesfibers.load import LoadedState
 from stokesfibers.load.steric import StericRepulsion
 from stokesfibers.numerics.krylov import gmres
@@ -25,27 +23,10 @@ from stokesfibers.stepping.spectral_carry import Carry, State
 from stokesfibers.summation.close_approach import PaperCloseApproach, SmoothCloseApproach
 from stokesfibers.summation.images import ImageSum
 from stokesfibers.summation.periodic_kernel import ExactImages
-from support import assert_close, assert_order, free_end_curve
+from support import LinearFlow, assert_close, assert_order, free_end_curve
 
 CURVE = free_end_curve(bend=60.0)
 PERIODIC = Periodic((2.0, 0.0, 0.0))
-
-
-@dataclass(frozen=True)
-class LinearFlow(AbstractFlow):
-    """U_i = g_ij x_j."""
-
-    kind: ClassVar[str] = "linear"
-    matrix: tuple[tuple[float, ...], ...]
-
-    def velocity(self, x, t):  # noqa: ARG002
-        return x @ np.array(self.matrix).T
-
-    def gradient(self, x, t):  # noqa: ARG002
-        return np.broadcast_to(self.matrix, (*x.shape, 3))
-
-    def rate_scale(self):
-        return 1.0
 
 
 def _fiber(length=1.0, eps=1e-2, rigidity=1.0, nodes=16):

@@ -124,13 +124,15 @@ def _say_doubts(found: tuple[Doubt, ...]) -> None:
 def _cost_rows(case: Case) -> Iterator[Row]:
     import numpy as np
 
+    from stokesfibers.constraint.coupled import TensionError
     from stokesfibers.problem.checks import large_memory, memory_bytes
     from stokesfibers.run.estimate import estimate
+    from stokesfibers.stepping.base import StepError
 
     if not any(True for _ in large_memory(case.problem)):
         try:
             cost = estimate(case.problem, case.curves(), until=case.until, record=case.record)
-        except np.linalg.LinAlgError:
+        except (np.linalg.LinAlgError, StepError, TensionError):
             yield "time", "unknown: the first step has no solution"
         else:
             count = plural(cost.steps, "step")

@@ -1,8 +1,9 @@
 """The fluid's velocity at any points, at one moment of a run: (5) plus the background flow.
 
 A single fiber in free space is integrated to the surface. With several fibers or images the sums
-of the run itself are used: (17), (18), far images by moments, and the blend to a centreline's own
-velocity within 2 d_0 of it.
+of the paper's engine are used: (17), (18), far images by moments, and the blend to the centreline's
+own velocity within 2 d_0. Fibers of the high-order engine are interpolated to its grid; for the
+exact sum over images stand 100 of them on each side.
 """
 
 from __future__ import annotations

@@ -146,11 +146,10 @@ def _crossings(stepper: AbstractStepper[C], carry: C, ahead: C) -> tuple[Crossin
     if len(stepper.problem.fibers) == 1 and not domain.lengths.any():
         return ()
     first, last = stepper.time(carry), stepper.time(ahead)
-    after, parts = stepper.positions(ahead), 1
-    if not stepper.dense:
-        before = stepper.positions(carry)
-    else:
-        before = stepper.view(ahead, first).positions  # at the nodes of the step's end
+    after, parts = stepper.view(ahead, last).positions, 1
+    # where it is known between steps, at the nodes of the step's end, which may be more
+    before = stepper.view(ahead if stepper.dense else carry, first).positions
+    if stepper.dense:
         moved = np.linalg.norm(after - before, axis=-1).max(axis=1)
         lengths = np.array([kind.length for kind in stepper.problem.fibers])
         parts = ceil(float(np.max(moved / lengths)) / _PART_OF_A_STEP)

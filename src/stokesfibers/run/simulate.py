@@ -24,6 +24,7 @@ from stokesfibers.io.checkpoint import Checkpoint
 from stokesfibers.io.provenance import provenance
 from stokesfibers.io.reader import open_run
 from stokesfibers.io.store import RunStore
+from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import problem_from_tables, problem_to_tables
 from stokesfibers.run.advance import Goal, Moment, Watch, advance
@@ -114,7 +115,7 @@ def simulate(
         stepper = stepper_of(problem, threads)
         record = resolved(record, stepper)
         carry = first_carry(stepper, initial)
-        arrays = layout(snapshot(stepper, carry), OutputPoints(record.points))
+        arrays = layout(_first_look(stepper, carry, stop), OutputPoints(record.points))
         attributes = _attributes(problem, until, record, case, stop=stop)
         goal = Goal(until, wish, watch, stop)
         path, labels = Path(out or ""), {"stage": stepper.stages}
@@ -197,6 +198,14 @@ def stored_case(store: RunStore) -> Table:
         raise StoreError(
             str(store.path), "a run with its case", "one without", "It cannot be resumed."
         ) from None
+
+
+def _first_look(stepper: AbstractStepper[C], carry: C, stop: tuple[Event, ...]) -> Snapshot:
+    """Return the initial state; InputError if a condition needs what the run does not record."""
+    moment = snapshot(stepper, carry)
+    for event in stop:
+        event(moment)
+    return moment
 
 
 def resolved(record: Schedule, stepper: AbstractStepper[C]) -> Schedule:

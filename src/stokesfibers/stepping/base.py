@@ -6,7 +6,7 @@ import abc
 from collections.abc import Mapping
 from typing import ClassVar, Generic, Protocol, TypeVar
 
-from stokesfibers.core.arrays import Array, Positions
+from stokesfibers.core.arrays import Array
 from stokesfibers.core.errors import StokesFibersError
 from stokesfibers.fiber.curves import Curve
 from stokesfibers.problem.problem import Problem
@@ -100,12 +100,11 @@ class AbstractStepper(abc.ABC, Generic[C]):
         """Return whether `carry` is at `until` or behind it, to rounding."""
 
     @abc.abstractmethod
-    def positions(self, carry: C) -> Positions:
-        """Return points along the fibers that chords resolve, (fiber, node, space)."""
-
-    @abc.abstractmethod
     def view(self, carry: C, t: float) -> View:
-        """Return the fibers at a time `t` of the last step; its end unless `dense`."""
+        """Return the fibers at a time `t` of the last step; its end unless `dense`.
+
+        Chords between the points shown resolve the shapes.
+        """
 
     def note(self, spatial_error: float) -> str:  # noqa: ARG002
         """Return what a run should say about its largest estimated error through lack of nodes."""

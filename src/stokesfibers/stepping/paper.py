@@ -121,9 +121,6 @@ class PaperStepper(AbstractStepper[Carry]):
     def reached(self, carry: Carry, until: float) -> bool:
         return carry.step >= until / self._dt - _ROUNDING
 
-    def positions(self, carry: Carry) -> Positions:
-        return carry.positions
-
     def view(self, carry: Carry, t: float) -> View:  # noqa: ARG002
         shapes = tuple(f.shape(x) for f, x in zip(self.fibers, carry.x, strict=True))
         return View(self.time(carry), self.fibers, shapes, carry.tension)

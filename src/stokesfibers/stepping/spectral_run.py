@@ -152,9 +152,6 @@ class SpectralRunStepper(AbstractStepper[Carry]):
     def reached(self, carry: Carry, until: float) -> bool:
         return carry.time >= until
 
-    def positions(self, carry: Carry) -> Positions:
-        return self.view(carry, carry.time).positions
-
     def view(self, carry: Carry, t: float) -> View:
         on = self._on(_nodes(carry))
         first = carry.times[1] if carry.step else carry.time

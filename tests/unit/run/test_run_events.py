@@ -88,6 +88,7 @@ def test_bad_conditions_are_refused(arguments, where):
     assert caught.value.where == where
 
 
-def test_an_observable_that_the_run_has_not_is_refused():
+def test_an_observable_that_the_run_has_not_is_refused_before_there_is_a_store(tmp_path):
     with pytest.raises(InputError, match="smallest_gap"):
-        start(SPECTRAL, (StopWhen("smallest_gap", below=0.1),))
+        start(SPECTRAL, (StopWhen("smallest_gap", below=0.1),), tmp_path / "run.zarr")
+    assert not list(tmp_path.iterdir())
