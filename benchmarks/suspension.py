@@ -47,7 +47,7 @@ def bare_stokeslets(targets, x, f):
     return out
 
 
-def fastest(work: Callable[[], object], repeats: int) -> float:
+def median(work: Callable[[], object], repeats: int) -> float:
     """Return the median seconds of `repeats` calls after a first one."""
     work()
     times = []
@@ -56,6 +56,19 @@ def fastest(work: Callable[[], object], repeats: int) -> float:
         work()
         times.append(perf_counter() - started)
     return float(np.median(times))
+
+
+def fastest_in_turn(works: list[Callable[[], object]], rounds: int) -> list[float]:
+    """Return the least seconds of each of `works`, called in turn, after a first round."""
+    times = []
+    for _ in range(rounds + 1):
+        row = []
+        for work in works:
+            started = perf_counter()
+            work()
+            row.append(perf_counter() - started)
+        times.append(row)
+    return list(np.min(times[1:], axis=0))
 
 
 def case_of(count: int, intervals: int) -> tuple[sf.Problem, np.ndarray]:
@@ -76,23 +89,40 @@ def step_seconds(problem: sf.Problem, positions: np.ndarray, threads: int, repea
     carry = stepper.init(positions)
     for _ in range(2):
         carry, _ = stepper.step(carry)
-    return fastest(lambda: stepper.step(carry), repeats)
+    return median(lambda: stepper.step(carry), repeats)
 
 
 def the_25(repeats: int) -> None:
-    """Print the step of the 25-filament case against a dense solve, by threads."""
+    """Print the step of the 25-filament case against a dense solve, by threads.
+
+    Steps on one and on all threads take turns, so that a change in the machine's speed meets both;
+    the fastest of each counts. The bare pair loop shows what its threads can give.
+    """
     matrix, right = np.random.default_rng(0).normal(size=(303, 303)), np.ones(303)
     problem, positions = case_of(25, 100)
-    solve = fastest(lambda: np.linalg.solve(matrix, right), 50)
+    cores = len(os.sched_getaffinity(0))
+    steppers = [PaperStepper(problem, threads) for threads in range(1, cores + 1)]
+    carry = steppers[0].init(positions)
+    for _ in range(2):
+        carry, _ = steppers[0].step(carry)
+    points = np.random.default_rng(1).random((3, 2000))
+    loops = [Workers(threads) for threads in range(1, cores + 1)]
+
+    def bare(workers: Workers) -> None:
+        workers.for_each(2 * cores, lambda _: bare_stokeslets(points + 2.0, points, points))
+
+    work = [lambda: np.linalg.solve(matrix, right)]
+    work += [lambda s=s: s.step(carry) for s in steppers]
+    work += [lambda w=w: bare(w) for w in loops]
+    solve, *rest = fastest_in_turn(work, 2 * repeats)
+    steps, bares = rest[:cores], rest[cores:]
     print("25 fibers, N = 100, period 2 in x")
     print(f"  dense solve of 303 unknowns  {1e3 * solve:8.2f} ms")
-    base = None
-    for threads in range(1, len(os.sched_getaffinity(0)) + 1):
-        step = step_seconds(problem, positions, threads, repeats)
-        base = base or step
+    for threads, (step, loop) in enumerate(zip(steps, bares, strict=True), 1):
         print(
             f"  step, {threads} thread(s)           {1e3 * step:8.1f} ms"
-            f"  = {step / solve:5.0f} solves, speed-up {base / step:.2f}"
+            f"  = {step / solve:5.0f} solves,"
+            f" speed-up {steps[0] / step:.2f} (bare pair loop {bares[0] / loop:.2f})"
         )
 
 
@@ -111,10 +141,10 @@ def pair_rates(repeats: int) -> None:
     force = scene.integrated_force(np.zeros(positions.shape[:2]))
     value = np.zeros_like(force)
     pairs = 3 * positions.shape[0] ** 2 * positions.shape[1] ** 2
-    kernel = pairs / fastest(lambda: scene.at_nodes(force, value), repeats)
+    kernel = pairs / median(lambda: scene.at_nodes(force, value), repeats)
     flat = np.ascontiguousarray(positions.reshape(-1, 3).T)
     moved = flat + 0.5
-    bare = flat.shape[1] ** 2 / fastest(lambda: bare_stokeslets(moved, flat, flat), repeats)
+    bare = flat.shape[1] ** 2 / median(lambda: bare_stokeslets(moved, flat, flat), repeats)
     print("pairs per second, one thread")
     print(f"  V + W, by parts, images, near search {kernel / 1e9:6.2f}e9")
     print(f"  bare Stokeslet loop                  {bare / 1e9:6.2f}e9   ratio {kernel / bare:.2f}")

@@ -66,7 +66,7 @@ def test_assembled_influence_equals_the_sum_it_stands_for(domain):
     tension[:, 1:-1] = np.random.default_rng(0).normal(size=(4, INTERVALS - 1))
     direct = scene.stretching(
         scene.integrated_force(tension, bending=False),
-        scene.centreline_value(tension, bending=False),
+        scene.tensile_value(tension),
     )
     assembled = np.einsum("lmkn,kn->lm", scene.influence(), tension[:, 1:-1])
     assert_close(assembled, direct[:, 1:-1], rtol=1e-11)

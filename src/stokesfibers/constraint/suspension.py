@@ -59,8 +59,9 @@ def solve_coupled(
     buffer
         Memory for the influence of tensions, (fiber, m, fiber, m); overwritten.
     """
-    bending = scene.stretching(scene.integrated_force(None), scene.centreline_value(None))
-    system = CoupledSystem(own, scene.influence(buffer), right - bending[:, 1:-1])
+    bending = scene.stretching(scene.integrated_force(None), scene.bending_value)
+    influence = scene.influence(buffer)
+    system = CoupledSystem(own, influence, right - bending[:, 1:-1], scene.workers)
     tension = np.zeros_like(start)
     tension[:, 1:-1], iterations = solver.solve(system, start[:, 1:-1])
     return tension, iterations

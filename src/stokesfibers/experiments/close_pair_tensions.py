@@ -133,7 +133,7 @@ def assembled(case: Case, fiber: DiscreteFiber, distance: float) -> CoupledSyste
         fibers, Free(), image_sum=ImageSum(), close_approach=PaperCloseApproach()
     )
     scene = Scene(interaction, shapes, workers)
-    bending = scene.stretching(scene.integrated_force(None), scene.centreline_value(None))
+    bending = scene.stretching(scene.integrated_force(None), scene.bending_value)
     return CoupledSystem(own, scene.influence(), right - bending[:, 1:-1])
 
 

@@ -389,15 +389,9 @@ def _far_tensor(rx, ry, rz, shifts, out):
     out[2] = (sz - xxz, sz - yyz, sz - zzz, -xyz, -zzx, -zzy)
 
 
-@njit(**_OPTIONS)
-def tension_influence(own, k, x, xs, h, doublet, images, close, tensile, centres, trapezoid, out):
-    """Fill out[:, k] with x_s . d/ds of the velocity at fiber `own` by tensions of fiber k.
-
-    `out` has shape (m, fiber, m) with m inner nodes: inner nodes of `own`, sources, their inner
-    tensions. The derivative is the compact difference (33) between half points. The velocity is
-    in the sense of `others_velocity`. `tensile` (fiber, 3, node, node) maps tensions to the
-    centreline value, `trapezoid` (node,) holds the rule's weights over h.
-    """
+@njit(**_PART)
+def _influence(own, k, x, xs, h, doublet, images, close, tensile, centres, trapezoid, out):
+    """Fill out[:, k] with the influence of fiber k, see `tension_influence`."""
     periods, near_shifts, far_shifts = images
     n = x.shape[2]
     half = n // 2
@@ -460,3 +454,16 @@ def tension_influence(own, k, x, xs, h, doublet, images, close, tensile, centres
             target = out[i - 1, k]
             for j in range(n - 2):
                 target[j] = line[j + 1]
+
+
+@njit(**_OPTIONS)
+def tension_influence(own, x, xs, h, doublet, images, close, tensile, centres, trapezoid, out):
+    """Fill out with x_s . d/ds of the velocity at fiber `own` by the tensions of all fibers.
+
+    `out` has shape (m, fiber, m) with m inner nodes: inner nodes of `own`, sources, their inner
+    tensions. The derivative is the compact difference (33) between half points. The velocity is
+    in the sense of `others_velocity`. `tensile` (fiber, 3, node, node) maps tensions to the
+    centreline value, `trapezoid` (node,) holds the rule's weights over h.
+    """
+    for k in range(x.shape[0]):
+        _influence(own, k, x, xs, h, doublet, images, close, tensile, centres, trapezoid, out)

@@ -6,7 +6,9 @@ Everything of one moment is gathered in `Scene`. Velocities are times 8 pi mu an
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -89,7 +91,7 @@ class Scene:
         self._interaction = interaction
         self._fibers = interaction.fibers
         self._shapes = shapes
-        self._workers = workers
+        self.workers = workers
         self._x = np.stack([s.x for s in shapes])
         self._xs = np.stack([s.xs for s in shapes])
         self._h = np.array([f.grid.spacing for f in self._fibers])
@@ -112,33 +114,44 @@ class Scene:
                 force[k] += fiber.rigidity * shape.xsss
         return force
 
-    def centreline_value(self, tension: Array | None, *, bending: bool = True) -> Array:
+    @cached_property
+    def bending_value(self) -> Array:
+        """Lambda[f] + K[f] of each fiber at its nodes by bending alone, (fiber, 3, node)."""
+        return self._per_fiber(lambda k: -self._fibers[k].bending_velocity(self._shapes[k]))
+
+    def tensile_value(self, tension: Array) -> Array:
+        """Return Lambda[f] + K[f] of each fiber at its nodes by tension alone."""
+        return self._per_fiber(
+            lambda k: -self._fibers[k].tensile_velocity(self._shapes[k], tension[k])
+        )
+
+    def centreline_value(self, tension: Array) -> Array:
         """Return Lambda[f] + K[f] of each fiber at its nodes, (fiber, 3, node)."""
-        value = np.zeros_like(self._x)
+        return self.tensile_value(tension) + self.bending_value
+
+    def _per_fiber(self, value: Callable[[int], Array]) -> Array:
+        out = np.empty_like(self._x)
 
         def fill(k: int) -> None:
-            if tension is not None:
-                value[k] -= self._fibers[k].tensile_velocity(self._shapes[k], tension[k])
-            if bending:
-                value[k] -= self._fibers[k].bending_velocity(self._shapes[k])
+            out[k] = value(k)
 
-        self._workers.for_each(len(self._fibers), fill)
-        return value
+        self.workers.for_each(len(self._fibers), fill)
+        return out
 
     def velocity(self, targets: Array, force: Array, centreline: Array) -> Array:
         """Return what all other fibers and images add to (6) at `targets` (fiber, point, 3)."""
         sources = self._sources(force, centreline)
         out = np.empty(targets.shape)
+        count, points = targets.shape[:2]
+        blocks = -(-points // _BLOCK)
 
-        def fill(k: int) -> None:
-            out[k] = kernels.others_velocity(
-                np.ascontiguousarray(targets[k]),
-                self._middle[k],
-                k,
-                *sources,
-            )
+        def fill(task: int) -> None:
+            k, block = divmod(task, blocks)
+            rows = slice(block * _BLOCK, (block + 1) * _BLOCK)
+            here = np.ascontiguousarray(targets[k, rows])
+            out[k, rows] = kernels.others_velocity(here, self._middle[k], k, *sources)
 
-        self._workers.for_each(len(self._fibers), fill)
+        self.workers.for_each(count * blocks, fill)
         return out
 
     def _sources(self, force: Array, centreline: Array) -> tuple[Any, ...]:
@@ -203,7 +216,7 @@ class Scene:
             change = change + fiber.derivative(own)[:, 1:-1]
             stretching[k, 1:-1] = np.sum(shape.xs[:, 1:-1] * change, axis=0)
 
-        self._workers.for_each(len(self._fibers), fill)
+        self.workers.for_each(len(self._fibers), fill)
         return velocity, stretching
 
     def influence(self, out: Array | None = None) -> Array:
@@ -218,23 +231,21 @@ class Scene:
         tensile = self._tensile_matrices()
 
         def fill(k: int) -> None:
-            for source in range(count):
-                kernels.tension_influence(
-                    k,
-                    source,
-                    self._x,
-                    self._xs,
-                    self._h,
-                    self._doublet,
-                    self._interaction.images,
-                    self._interaction.close,
-                    tensile,
-                    self._centres,
-                    self._weights,
-                    filled[k],
-                )
+            kernels.tension_influence(
+                k,
+                self._x,
+                self._xs,
+                self._h,
+                self._doublet,
+                self._interaction.images,
+                self._interaction.close,
+                tensile,
+                self._centres,
+                self._weights,
+                filled[k],
+            )
 
-        self._workers.for_each(count, fill)
+        self.workers.for_each(count, fill)
         return filled
 
     def fluid(self, points: Points, force: Array, centreline: Array) -> Points:
@@ -252,7 +263,7 @@ class Scene:
                 *sources,
             )
 
-        self._workers.for_each(-(-len(points) // _BLOCK), fill)
+        self.workers.for_each(-(-len(points) // _BLOCK), fill)
         return out
 
     def fluid_loaded(self, points: Points, density: Array) -> Points:
@@ -276,5 +287,5 @@ class Scene:
         def fill(k: int) -> None:
             out[k] = -self._fibers[k].tensile_matrix(self._shapes[k])
 
-        self._workers.for_each(count, fill)
+        self.workers.for_each(count, fill)
         return out

@@ -221,8 +221,8 @@ class PaperStepper(AbstractStepper[Carry]):
             tension, iterations = solve_coupled(
                 scene, own, right, start=guess, solver=solver, buffer=self._buffer
             )
-            tensile = scene.centreline_value(tension, bending=False)
-            centreline = tensile + scene.centreline_value(None)
+            tensile = scene.tensile_value(tension)
+            centreline = tensile + scene.bending_value
             others = scene.at_nodes(scene.integrated_force(tension), centreline)
             slow = slow - tensile - others
         return tension, np.ascontiguousarray(slow), iterations
