@@ -84,7 +84,7 @@ def test_constant_doublet_weight_leaves_an_angular_mismatch_away_from_mid_length
 
 def test_velocity_inside_a_fiber_is_not_a_number_and_far_away_is_the_flow():
     fiber = sf.Fiber(slenderness=1e-2)
-    problem = sf.Problem(fiber, mu_bar=1e3, flow=sf.Shear(1.0))
+    problem = sf.Problem(fiber, mu_bar=1e3, flow=sf.Shear(1.0), engine=sf.PaperEngine())
     stepper = PaperStepper(problem)
     start = sf.shapes.straight(fiber, angle=0.7).at_fractions(np.linspace(0.0, 1.0, 101))
     carry = stepper.init(start[None])

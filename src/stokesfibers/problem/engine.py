@@ -17,6 +17,11 @@ from stokesfibers.slender.regularization import (
     SpheroidalRegularization,
 )
 from stokesfibers.summation import AbstractImageSum, ExactImages, ImageSum
+from stokesfibers.summation.close_approach import (
+    AbstractCloseApproach,
+    PaperCloseApproach,
+    SmoothCloseApproach,
+)
 
 STEP_PER_SPACING = 1.28
 """dt rate / (h / L) of all the paper's runs."""
@@ -36,6 +41,8 @@ class AbstractEngine(abc.ABC):
     """The delta(s) it uses unless told otherwise."""
     image_sum: ClassVar[type[AbstractImageSum]]
     """The sum over periodic images it uses unless told otherwise."""
+    close_approach: ClassVar[type[AbstractCloseApproach]]
+    """What it does where fibers come near each other, unless told otherwise."""
 
     @abc.abstractmethod
     def resolved(self, rate: float, mu_bar: float) -> Self:
@@ -87,6 +94,7 @@ class PaperEngine(AbstractEngine):
     }
     regularization: ClassVar[type[AbstractRegularization]] = PaperRegularization
     image_sum: ClassVar[type[AbstractImageSum]] = ImageSum
+    close_approach: ClassVar[type[AbstractCloseApproach]] = PaperCloseApproach
 
     def __post_init__(self) -> None:
         checks.whole("intervals", self.intervals, LEAST_INTERVALS)
@@ -159,6 +167,7 @@ class SpectralEngine(AbstractEngine):
     }
     regularization: ClassVar[type[AbstractRegularization]] = SpheroidalRegularization
     image_sum: ClassVar[type[AbstractImageSum]] = ExactImages
+    close_approach: ClassVar[type[AbstractCloseApproach]] = SmoothCloseApproach
 
     def __post_init__(self) -> None:
         if self.nodes is not None:

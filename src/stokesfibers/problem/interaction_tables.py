@@ -12,7 +12,11 @@ from stokesfibers.domain import DOMAINS, AbstractDomain
 from stokesfibers.load import LOADS, AbstractLoad
 from stokesfibers.problem.problem import Problem
 from stokesfibers.summation import IMAGE_SUMS, AbstractImageSum, EngineImages
-from stokesfibers.summation.close_approach import CLOSE_APPROACHES, AbstractCloseApproach
+from stokesfibers.summation.close_approach import (
+    CLOSE_APPROACHES,
+    AbstractCloseApproach,
+    EngineCloseApproach,
+)
 
 _SUM_KEYS = ("sum", "reach", "about")
 SOLVER_KEYS = ("solver", "tolerance", "most")
@@ -61,9 +65,10 @@ def _domain(table: Table) -> tuple[AbstractDomain, AbstractImageSum]:
 
 
 def _close_approach(model: Table) -> AbstractCloseApproach:
+    if "close_approach" not in model:
+        return EngineCloseApproach()
     where = "model.close_approach"
-    table = as_table(model.get("close_approach", {}), where)
-    return choose(CLOSE_APPROACHES, {"kind": "paper"} | table, where)
+    return choose(CLOSE_APPROACHES, as_table(model["close_approach"], where), where)
 
 
 def _solver(constraint: Table) -> AbstractTensionSolver:

@@ -15,7 +15,7 @@ from stokesfibers.load import AbstractLoad, NoLoad
 from stokesfibers.problem.engine import PaperEngine, SpectralEngine
 from stokesfibers.slender.mobility import AbstractMobility, NonLocal
 from stokesfibers.summation import AbstractImageSum, EngineImages, ExactImages
-from stokesfibers.summation.close_approach import AbstractCloseApproach, PaperCloseApproach
+from stokesfibers.summation.close_approach import AbstractCloseApproach, EngineCloseApproach
 
 _NET_FORCE = (
     (
@@ -69,10 +69,10 @@ class Problem:
     viscosity: float | None = None
     flow: AbstractFlow = field(default_factory=NoFlow)
     mobility: AbstractMobility = field(default_factory=NonLocal)
-    engine: PaperEngine | SpectralEngine = field(default_factory=PaperEngine)
+    engine: PaperEngine | SpectralEngine = field(default_factory=SpectralEngine)
     domain: AbstractDomain = field(default_factory=Free)
     image_sum: AbstractImageSum = field(default_factory=EngineImages)
-    close_approach: AbstractCloseApproach = field(default_factory=PaperCloseApproach)
+    close_approach: AbstractCloseApproach = field(default_factory=EngineCloseApproach)
     load: AbstractLoad = field(default_factory=NoLoad)
     tension_solver: AbstractTensionSolver = field(default_factory=FixedPoint)
 
@@ -88,6 +88,8 @@ class Problem:
         directions = int((self.domain.lengths > 0.0).sum())
         if isinstance(self.image_sum, EngineImages) or not directions:
             object.__setattr__(self, "image_sum", self.engine.image_sum())
+        if isinstance(self.close_approach, EngineCloseApproach):
+            object.__setattr__(self, "close_approach", self.engine.close_approach())
         if isinstance(self.image_sum, ExactImages) and isinstance(self.engine, PaperEngine):
             raise InputError(
                 "domain.sum", "'images' or 'truncated' with the paper's engine", repr("exact")

@@ -135,7 +135,7 @@ def _mobility(table: Table) -> AbstractMobility:
 
 
 def _engine_type(tables: Mapping[str, Any]) -> type[PaperEngine] | type[SpectralEngine]:
-    kind = tables.get("engine", PaperEngine.kind)
+    kind = tables.get("engine", SpectralEngine.kind)
     if not isinstance(kind, str) or kind not in ENGINES:
         raise InputError("engine", f"one of {', '.join(ENGINES)}", repr(kind))
     return ENGINES[kind]

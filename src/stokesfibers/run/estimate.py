@@ -21,6 +21,8 @@ from stokesfibers.stepping.engines import stepper_of
 
 _STEP_BYTES = 56  # the numerics of a step
 _TRIAL_SECONDS = 1.0
+_LONGEST_TRIAL_SECONDS = 8.0
+_START_STEPS = 50  # a run starts with low order and short steps; after so many they are typical
 _TRIES = 3
 
 
@@ -106,7 +108,10 @@ def _steps(stepper: AbstractStepper[C], carry: C, until: float) -> tuple[int, fl
         steps = ceil(until / dt - 1e-9)
         return steps, steps * dt
     started, size = perf_counter(), until
-    while not stepper.reached(carry, until) and perf_counter() - started < _TRIAL_SECONDS:
+    while not stepper.reached(carry, until):
+        trial = perf_counter() - started
+        if trial > _LONGEST_TRIAL_SECONDS or (trial > _TRIAL_SECONDS and carry.step > _START_STEPS):
+            break
         carry, report = stepper.step(carry)
         size = report.step_size  # the first steps of a run are short
     left = max(0.0, until - stepper.time(carry))

@@ -180,7 +180,10 @@ class SpectralStepper:
         )
 
     def interpolate(self, carry: Carry, t: float) -> State:
-        """Return the state at a time `t` within the last step, by the formula's own polynomial.
+        """Return the state at a time `t` within the last step.
+
+        The polynomial goes through one state more than the formula's own: lengths between steps
+        then err no more than at them.
 
         Raises
         ------
@@ -192,7 +195,7 @@ class SpectralStepper:
             raise InputError("t", f"a time from {first:.17g} to {last:.17g}", t)
         if t == last:
             return State(carry.modes[:, 0], carry.tensions[:, 0])
-        points = min(carry.known, int(carry.counters[1]) + 1)
+        points = min(carry.known, int(carry.counters[1]) + 2)
         offsets = [last - back for back in carry.times[:points].tolist()]
         weights = np.array(bdf.value_weights(offsets, last - t))
         return State(combined(weights, carry.modes), combined(weights, carry.tensions))

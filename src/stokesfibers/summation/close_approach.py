@@ -83,6 +83,18 @@ class SmoothCloseApproach(AbstractCloseApproach):
         _check(self)
 
 
+@dataclass(frozen=True)
+class EngineCloseApproach(AbstractCloseApproach):
+    """Whatever the engine uses unless told otherwise; a problem replaces it."""
+
+    kind: ClassVar[str] = "engine's own"
+    citation: ClassVar[str] = ""
+    smooth: ClassVar[bool] = True
+    d0: ClassVar[float | None] = None  # pyright: ignore[reportIncompatibleVariableOverride]
+    near: ClassVar[float] = 12.0  # pyright: ignore[reportIncompatibleVariableOverride]
+    parts: ClassVar[int] = 5  # pyright: ignore[reportIncompatibleVariableOverride]
+
+
 CLOSE_APPROACHES: dict[str, type[AbstractCloseApproach]] = {
     c.kind: c for c in (PaperCloseApproach, SmoothCloseApproach)
 }

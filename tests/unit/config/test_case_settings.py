@@ -12,6 +12,7 @@ import pytest
 from stokesfibers.config.case import apply_setting, case_from_tables, load_case, read_tables
 from stokesfibers.core.errors import InputError
 from stokesfibers.flow import Shear, SumOfFlows, Uniform
+from stokesfibers.problem.engine import PaperEngine, SpectralEngine
 from stokesfibers.problem.tables import problem_from_tables, problem_to_tables
 from stokesfibers.slender.mobility import NonLocal
 from stokesfibers.slender.regularization import SpheroidalRegularization
@@ -107,8 +108,13 @@ def test_case_says_what_the_file_says(file):
     assert problem.flow == SumOfFlows((Shear(2.0), Uniform((0.0, 0.5, 0.0))))
     assert problem.mobility == NonLocal(SpheroidalRegularization())
     assert problem.drag == pytest.approx(4.0 * np.pi, rel=1e-15)
-    assert problem.engine.beta == 40.0
-    assert problem.engine.dt == pytest.approx(1.28 / (100 * 2.0), rel=1e-15)
+    assert problem.engine == SpectralEngine().resolved(2.0, problem.drag * 2.0 * 16.0 / 3.0)
+
+
+def test_papers_engine_takes_step_and_penalty_from_the_rate(file):
+    engine = load_case(file, ["engine=paper"]).problem.engine
+    assert engine == PaperEngine(intervals=100, dt=engine.dt, beta=40.0)
+    assert engine.dt == pytest.approx(1.28 / (100 * 2.0), rel=1e-15)
 
 
 def test_defaults_are_spelled_out(file):
@@ -116,8 +122,12 @@ def test_defaults_are_spelled_out(file):
     assert tables["flow"] == {"kind": "shear", "rate": 1.0}
     assert tables["model"]["regularization"]["m"] == 2.0
     assert tables["record"] == {"positions_every": 0.02, "points": 11}
-    assert tables["constraint"]["beta"] == 20.0
-    assert tables["constraint"]["solver"] == "fixed_point"
+    assert tables["engine"] == "spectral"
+    assert tables["stepping"] == {"until": 4.0, "rtol": 1e-4, "newton_passes": 1}
+    assert tables["discretization"] == {"nodes": 16, "adapt_nodes": True}
+    paper = load_case(file, ["flow={kind='shear'}", "engine=paper"]).tables()
+    assert paper["constraint"]["beta"] == 20.0
+    assert paper["constraint"]["solver"] == "fixed_point"
     assert tables["domain"] == {"kind": "free"}
     assert tables["load"] == {"kind": "none"}
 
@@ -141,7 +151,7 @@ def test_python_flow_gets_the_fibers_length_and_is_stored_with_its_checksum(file
     source = file.with_name("wind.py")
     source.write_text("def gust(x, t):\n    return 0.0 * x + [1.0, 0.0, 0.0]\n")
     flow = "flow={kind='python', file='wind.py', velocity='gust'}"
-    case = load_case(file, [flow, "constraint.beta=1.0", "stepping.dt=0.1"], allow_python=True)
+    case = load_case(file, [flow, "stepping.dt=0.1"], allow_python=True)
     assert case.problem.flow.length_scale == 2.0
     stored = case.tables()["flow"]
     assert stored["file"] == str(source.resolve())
@@ -157,7 +167,7 @@ def test_missing_gradient_that_was_named_is_refused(file):
     file.with_name("wind.py").write_text("def velocity(x, t):\n    return x\n")
     flow = "flow={kind='python', file='wind.py', gradient='slope'}"
     with pytest.raises(InputError, match=r"flow\.gradient: expected a function in"):
-        load_case(file, [flow, "constraint.beta=1.0", "stepping.dt=0.1"], allow_python=True)
+        load_case(file, [flow, "stepping.dt=0.1"], allow_python=True)
 
 
 def test_flow_typed_in_python_cannot_be_rebuilt_and_says_so(file):
