@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from stokesfibers.summation.images import AbstractImageSum, EngineImages, ImageSum, TruncatedSum
+from stokesfibers.summation.images import (
+    AbstractImageSum,
+    EngineImages,
+    FastImages,
+    ImageSum,
+    TruncatedSum,
+)
 from stokesfibers.summation.periodic_kernel import ExactImages
 
 IMAGE_SUMS: dict[str, type[AbstractImageSum]] = {
-    s.kind: s for s in (ImageSum, TruncatedSum, ExactImages)
+    s.kind: s for s in (ImageSum, TruncatedSum, ExactImages, FastImages)
 }
 """Image sums by the name a case file gives."""
 
@@ -15,6 +21,7 @@ __all__ = [
     "AbstractImageSum",
     "EngineImages",
     "ExactImages",
+    "FastImages",
     "ImageSum",
     "TruncatedSum",
 ]

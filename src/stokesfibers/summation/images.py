@@ -50,6 +50,32 @@ def _check(choice: AbstractImageSum) -> None:
 
 
 @dataclass(frozen=True)
+class FastImages(AbstractImageSum):
+    """All fibers and all their images by a fast Ewald sum, for the high-order engine.
+
+    For free space and one to three periodic directions; the cost grows like the number of fibers.
+
+    Attributes
+    ----------
+    tolerance
+        Relative rms error of the velocities between fibers; None for what the engine's own
+        tolerance asks for.
+    """
+
+    tolerance: float | None = None
+    kind: ClassVar[str] = "ewald"
+    citation: ClassVar[str] = "stokesfibers, theory page 'Ewald sums'"
+    most_directions: ClassVar[int] = 3
+    reach: ClassVar[int] = 1  # pyright: ignore[reportIncompatibleVariableOverride]
+    about: ClassVar[About] = "centre_of_mass"  # pyright: ignore[reportIncompatibleVariableOverride]
+
+    def __post_init__(self) -> None:
+        tolerance = self.tolerance
+        if tolerance is not None and not 1e-12 <= checks.positive("tolerance", tolerance) <= 1e-2:
+            raise InputError("tolerance", "a number from 1e-12 to 1e-2", tolerance)
+
+
+@dataclass(frozen=True)
 class ImageSum(AbstractImageSum):
     """The paper's approximate image sum, for one periodic direction.
 
