@@ -1,4 +1,4 @@
-"""Work per fiber on several threads, with results that do not depend on how many.
+"""Work per fiber on several threads and ranks, with results that do not depend on how many.
 
 Each task writes its own part of the output and reads nothing another task writes, so the order of
 execution cannot change a bit. Kernels and LAPACK release the GIL.
@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError
+from stokesfibers.core.team import ALONE, AbstractTeam
 
 Task = Callable[[int], None]
 
@@ -22,7 +23,9 @@ class Workers:
     Parameters
     ----------
     threads
-        Number of threads; None for all cores the process may use.
+        Number of threads; None for all cores the process may use, over the ranks on them.
+    team
+        The ranks that share the work; who uses the workers cuts it into shares.
 
     Raises
     ------
@@ -30,18 +33,29 @@ class Workers:
         If there are fewer cores.
     """
 
-    def __init__(self, threads: int | None = None) -> None:
+    def __init__(self, threads: int | None = None, team: AbstractTeam = ALONE) -> None:
         cores = len(os.sched_getaffinity(0))
         if threads is not None and checks.whole("threads", threads, 1) > cores:
             raise InputError("threads", f"at most {cores}, the cores of this machine", threads)
-        self.threads = threads or cores
+        self.threads = threads or max(1, cores // team.neighbours)
+        self.team = team
         self._pool = ThreadPoolExecutor(self.threads) if self.threads > 1 else None
 
-    def for_each(self, count: int, task: Task) -> None:
-        """Call ``task(0) ... task(count - 1)``, in any order."""
-        if self._pool is None or count == 1:
+    @property
+    def alone(self) -> Workers:
+        """The threads of this rank, for work that the other ranks take no part in."""
+        return self if self.team is ALONE else Workers(self.threads)
+
+    def for_each(self, count: int, task: Task, *, block: int = 1) -> None:
+        """Call ``task(0) ... task(count - 1)``, in any order; `block` of them go to one thread."""
+        if self._pool is None or count <= block:
             for k in range(count):
                 task(k)
-        else:
-            for done in [self._pool.submit(task, k) for k in range(count)]:
-                done.result()
+            return
+
+        def some(first: int) -> None:
+            for k in range(first, min(first + block, count)):
+                task(k)
+
+        for done in [self._pool.submit(some, first) for first in range(0, count, block)]:
+            done.result()

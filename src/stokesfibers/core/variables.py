@@ -144,6 +144,7 @@ _OBSERVABLES: tuple[tuple[str, tuple[str, ...], str, str, str], ...] = (
         r"\Sigma^p_{ij}",
         "extra stress per volume",
     ),
+    ("strain", (), "1", r"\gamma", "strain of the sheared cell"),
     ("largest_tension", ("fiber",), "force", r"\max|T|", "largest tension in magnitude"),
 )
 

@@ -364,3 +364,122 @@ def others_velocity(points, own, shift, near_shifts, x, doublets, near, forces):
                 out[1, i] += vy
                 out[2, i] += vz
     return out
+
+
+@njit(**_PART)
+def _less_plain(p, x, quadrature, polynomials, doublet, row):
+    """Take the plain sum over the nodes of a source off its row (6, N); polynomials (node, N)."""
+    for j in range(x.shape[1]):
+        rx, ry, rz = p[0] - x[0, j], p[1] - x[1, j], p[2] - x[2, j]
+        inverse2 = 1.0 / (rx * rx + ry * ry + rz * rz)
+        inverse = np.sqrt(inverse2) * quadrature[j]
+        inverse3 = inverse * inverse2
+        on_force = inverse + doublet * inverse3
+        along = inverse3 * (1.0 - 3.0 * doublet * inverse2)
+        for m in range(row.shape[1]):
+            value = polynomials[j, m]
+            row[0, m] -= (on_force + along * rx * rx) * value
+            row[1, m] -= (on_force + along * ry * ry) * value
+            row[2, m] -= (on_force + along * rz * rz) * value
+            row[3, m] -= along * rx * ry * value
+            row[4, m] -= along * rx * rz * value
+            row[5, m] -= along * ry * rz * value
+
+
+@njit(**_OPTIONS)
+def corrections(bodies, points, near, sources, plain, close, rules):
+    """Return what near sources add at points to the plain sums over their nodes.
+
+    Parameters
+    ----------
+    bodies
+        First and last + 1 of the bodies whose points are targets.
+    points
+        Targets, (body, 3, point).
+    near
+        (start (body + 1,), source (pair,), shift (pair, 3)): images near each body.
+    sources, close, rules
+        As for `near_rows`.
+    plain
+        (quadrature weights (fiber, N), Legendre polynomials at the nodes (N, N)).
+
+    Returns
+    -------
+    target, source
+        Body times points per body plus point, and source, of each row, (row,).
+    rows, blends
+        As of `near_rows`, less the plain sum.
+    """
+    first, last = bodies
+    start, listed, shift = near
+    x, series, sigma, lengths, doublets = sources
+    reach, d0, smooth, digits = close
+    quadrature, polynomials = plain
+    count, n = points.shape[2], x.shape[2]
+    p = np.empty(3)
+    total = 0
+    for b in range(first, last):
+        for c in range(start[b], start[b + 1]):
+            for i in range(count):
+                for d in range(3):
+                    p[d] = points[b, d, i] + shift[c, d]
+                least = np.inf
+                for j in range(n):
+                    least = min(least, _square(p, x[listed[c]], j))
+                total += least < reach[listed[c]] ** 2
+    target, source = np.empty(total, np.int64), np.empty(total, np.int64)
+    rows, blends = np.empty((total, 6, n)), np.empty((total, n))
+    most = rules[0].shape[1]
+    scratch = (
+        np.empty(n),
+        np.empty(n),
+        np.empty(n),
+        np.empty(n),
+        np.empty((7, most)),
+        np.empty((series.shape[2], most)),
+        np.empty((3, 3)),
+    )
+    r = 0
+    for b in range(first, last):
+        for c in range(start[b], start[b + 1]):
+            k = listed[c]
+            settings = (lengths[k], doublets[k], reach[k], d0[k], smooth, digits)
+            for i in range(count):
+                for d in range(3):
+                    p[d] = points[b, d, i] + shift[c, d]
+                least = np.inf
+                for j in range(n):
+                    least = min(least, _square(p, x[k], j))
+                if least < reach[k] ** 2:
+                    target[r], source[r] = b * count + i, k
+                    _fill_row(
+                        p, x[k], series[k], sigma, settings, rules, scratch, rows[r], blends[r]
+                    )
+                    _less_plain(p, x[k], quadrature[k], polynomials, doublets[k], rows[r])
+                    r += 1
+    return target, source, rows, blends
+
+
+@njit(**_OPTIONS)
+def add_corrections(found, series, centreline, out):
+    """Add the rows `found` by `corrections` to out (target, 3).
+
+    Parameters
+    ----------
+    found
+        (target, source, rows, blends) of `corrections`.
+    series, centreline
+        Legendre coefficients of the force and of Lambda f + K f, (fiber, 3, N).
+    """
+    target, source, rows, blends = found
+    for r in range(target.size):
+        f, c, row, blend = series[source[r]], centreline[source[r]], rows[r], blends[r]
+        vx, vy, vz = 0.0, 0.0, 0.0
+        for m in range(row.shape[1]):
+            fx, fy, fz, b = f[0, m], f[1, m], f[2, m], blend[m]
+            vx += row[0, m] * fx + row[3, m] * fy + row[4, m] * fz + b * c[0, m]
+            vy += row[3, m] * fx + row[1, m] * fy + row[5, m] * fz + b * c[1, m]
+            vz += row[4, m] * fx + row[5, m] * fy + row[2, m] * fz + b * c[2, m]
+        out[target[r], 0] += vx
+        out[target[r], 1] += vy
+        out[target[r], 2] += vz

@@ -8,48 +8,28 @@ others. All fibers have the same number of nodes.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
 
-from stokesfibers.core import checks
 from stokesfibers.core.arrays import Array, Points
-from stokesfibers.core.errors import InputError
 from stokesfibers.core.parallel import Workers
 from stokesfibers.domain import AbstractDomain
 from stokesfibers.kernels import spectral_pairs as kernels
 from stokesfibers.slender.spectral import SpectralFiber
 from stokesfibers.slender.spectral_images import AbstractFarImages, FarSources, images_of
+from stokesfibers.slender.spectral_interaction import (
+    AbstractSpectralInteraction,
+    AbstractSpectralScene,
+    CloseSettings,
+    quadrature_rules,
+)
 from stokesfibers.summation.close_approach import AbstractCloseApproach
 from stokesfibers.summation.images import AbstractImageSum
 
-_SIZES = np.arange(8, 264, 8)
-_EXPONENT = 1.5  # the rule on N nodes errs like rho^(-1.5 N) at least, where N modes are needed
-
-
-@cache
-def _rules() -> tuple[Array, Array, Any]:
-    """Return Gauss-Legendre rules on [-1, 1] of all `_SIZES`, padded: nodes, weights, sizes."""
-    nodes = np.zeros((_SIZES.size, _SIZES[-1]))
-    weights = np.zeros_like(nodes)
-    for r, n in enumerate(_SIZES):
-        nodes[r, :n], weights[r, :n] = np.polynomial.legendre.leggauss(int(n))
-    return nodes, weights, _SIZES
-
-
-def plain_reach(nodes: int, tolerance: float) -> float:
-    """Return the distance, over the length, from which the rule on the nodes errs by `tolerance`.
-
-    A point at distance d from the middle of a straight fiber lies on the Bernstein ellipse with
-    ``rho = 2 d + sqrt(4 d^2 + 1)``.
-    """
-    rho = tolerance ** (-1.0 / (_EXPONENT * nodes))
-    return 0.25 * (rho - 1.0 / rho)
-
 
 @dataclass(frozen=True)
-class SpectralInteraction:
+class SpectralInteraction(AbstractSpectralInteraction):
     """How fibers act on each other: domain, image sum, close approach; prepared for the kernels.
 
     Attributes
@@ -63,14 +43,14 @@ class SpectralInteraction:
     far
         How the other images are summed; None if there are none.
     close
-        (reach, d0, smooth, digits) of `kernels.near_rows`.
+        Where nodes are not enough.
     """
 
     fibers: tuple[SpectralFiber, ...]
     domain: AbstractDomain
     near_shifts: Array
     far: AbstractFarImages | None
-    close: tuple[Array, Array, bool, float]
+    close: CloseSettings
 
     @classmethod
     def build(
@@ -86,16 +66,7 @@ class SpectralInteraction:
 
         The velocities between fibers err by `tolerance`, relative to those near the fibers.
         """
-        if not 1e-13 <= checks.positive("tolerance", tolerance) <= 1e-2:
-            raise InputError("tolerance", "a number from 1e-13 to 1e-2", tolerance)
-        if not fibers or len({f.count for f in fibers}) > 1:
-            raise InputError("fibers", "one fiber or more, all with as many nodes", len(fibers))
-        lengths = np.array([f.length for f in fibers])
-        radius = np.array([f.eps * f.length for f in fibers])
-        # no grid spacing here: d_0 is the given one, or 2 eps L
-        _, _, d0, smooth = close_approach.settings(np.zeros(len(fibers)), radius)
-        reach = np.maximum(lengths * plain_reach(fibers[0].count, tolerance), 2.0 * d0)
-        close = (reach, d0, smooth, float(-np.log(tolerance)))
+        close = CloseSettings.of(fibers, close_approach, tolerance)
         near, far = images_of(image_sum, domain, tolerance)
         return cls(fibers, domain, near, far, close)
 
@@ -104,8 +75,17 @@ class SpectralInteraction:
         """True if nothing acts on anything: one fiber without images."""
         return len(self.fibers) == 1 and len(self.near_shifts) == 1
 
+    def domain_at(self, t: float) -> AbstractDomain:  # noqa: ARG002
+        return self.domain
 
-class SpectralScene:
+    def still(self, domain: AbstractDomain) -> SpectralInteraction:  # noqa: ARG002
+        return self
+
+    def scene(self, modes: Array, t: float, workers: Workers) -> SpectralScene:  # noqa: ARG002
+        return SpectralScene(self, modes, workers)
+
+
+class SpectralScene(AbstractSpectralScene):
     """The fibers at one moment, as sources of flow.
 
     Parameters
@@ -115,7 +95,7 @@ class SpectralScene:
     modes
         Position modes for unit length, (fiber, 3, N).
     workers
-        Threads.
+        Threads and ranks; each rank prepares and sums at the nodes of its share of the fibers.
     """
 
     def __init__(self, interaction: SpectralInteraction, modes: Array, workers: Workers) -> None:
@@ -136,32 +116,27 @@ class SpectralScene:
         self._far = None if far is None else far.scene(sources)
         self._prepared: list[Any] = [None] * len(fibers)
 
-        def prepare(k: int) -> None:
+        self._share = workers.team.share(len(fibers))
+
+        def prepare(i: int) -> None:
+            k = self._share[i]
             self._prepared[k] = self._geometry(self._x[k], k, self._middles[k])
 
-        workers.for_each(len(fibers), prepare)
+        workers.for_each(len(self._share), prepare)
 
     def velocity(self, force: Array, resisted: Array) -> Array:
-        """Return what all other fibers and images add to (6) at the nodes, (fiber, 3, N).
-
-        Parameters
-        ----------
-        force
-            f at the nodes, (fiber, 3, N).
-        resisted
-            Lambda f + K f at the nodes: the close approach needs it.
-        """
         forces = self._forces(force, resisted)
         out = np.empty_like(self._x)
 
-        def fill(k: int) -> None:
+        def fill(i: int) -> None:
+            k = self._share[i]
             out[k] = self._others(self._x[k], k, self._prepared[k], forces=forces)
 
-        self._workers.for_each(len(out), fill)
+        self._workers.for_each(len(self._share), fill)
+        self._workers.team.complete(out)
         return out
 
     def fluid(self, points: Points, force: Array, resisted: Array) -> Points:
-        """Return what all fibers and images add to (6) at `points` (point, 3) in the fluid."""
         forces = self._forces(force, resisted)
         out = np.empty(points.shape)
 
@@ -190,8 +165,8 @@ class SpectralScene:
             shift,
             interaction.near_shifts,
             self._sources,
-            interaction.close,
-            _rules(),
+            interaction.close.arguments,
+            quadrature_rules(),
         )
         return shift, near, None if self._far is None else self._far.prepare(points, own, shift)
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 from math import exp
 
 import numpy as np
-from scipy.special import digamma
 
 from stokesfibers.core import checks
 from stokesfibers.core.arrays import Array
@@ -29,6 +28,8 @@ def legendre_eigenvalue(n: int | Array) -> Array:
     n
         Degree of the Legendre polynomial, 0 or more; any shape.
     """
+    from scipy.special import digamma  # slow to import, and a run needs it only to check its case
+
     return 2.0 * (digamma(np.asarray(n) + 1.0) + np.euler_gamma)
 
 

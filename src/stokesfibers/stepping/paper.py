@@ -198,7 +198,7 @@ class PaperStepper(AbstractStepper[Carry]):
         stretching = np.stack([_stretching(s, g) for s, g in zip(shapes, gradient, strict=True)])
         slow = self._drag * velocity
         scene = Scene(self._interaction, shapes, self._workers)
-        density = self._load_density(x)
+        density = self._load_density(x, t)
         if density.any():
             pushed, stretched = scene.loaded(density)
             slow = slow + pushed
@@ -227,7 +227,7 @@ class PaperStepper(AbstractStepper[Carry]):
             slow = slow - tensile - others
         return tension, np.ascontiguousarray(slow), iterations
 
-    def _load_density(self, x: Array) -> Array:
+    def _load_density(self, x: Array, t: float) -> Array:
         """Return the external force per length, (fiber, 3, node)."""
         positions = np.ascontiguousarray(x.transpose(0, 2, 1))
         state = LoadedState(
@@ -235,6 +235,7 @@ class PaperStepper(AbstractStepper[Carry]):
             np.stack([f.grid.weights for f in self.fibers]),
             np.array([f.eps * f.grid.length for f in self.fibers]),
             self.problem.domain,
+            t,
         )
         return np.ascontiguousarray(self.problem.load.density(state).transpose(0, 2, 1))
 

@@ -22,16 +22,18 @@ import numpy as np
 from stokesfibers.core.arrays import Array, Points, Positions
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.parallel import Workers
+from stokesfibers.core.team import ALONE, AbstractTeam
 from stokesfibers.flow import AbstractFlow
 from stokesfibers.kernels import spectral as kernels
 from stokesfibers.numerics import bdf
 from stokesfibers.numerics.step_control import AbstractStepControl
 from stokesfibers.slender.spectral import SpectralFiber
-from stokesfibers.slender.spectral_suspension import SpectralInteraction
+from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
 from stokesfibers.stepping.base import StepError
 from stokesfibers.stepping.report import StepReport
 from stokesfibers.stepping.spectral_carry import DEPTH, Carry, State, combined, pushed
-from stokesfibers.stepping.spectral_solve import IncrementSolver, Surroundings
+from stokesfibers.stepping.spectral_solve import Surroundings
+from stokesfibers.stepping.spectral_team import solver_for
 
 _NOISE = 1e-15  # rounding of positions: what the bend is measured against at least
 _STRAIGHT = 1e-9  # a bend, over the length, below which a fiber counts as straight
@@ -39,6 +41,8 @@ _SHARE = 0.2  # error allowed to positions, over that allowed to the relative be
 _MOST_TRIES = 40
 _START_REDUCTION = 1e-10
 _EULER_MODE = 500.6  # 4.73^4: slowest bending rate of a free rod
+_RIGID = 10.0  # effective viscosity (10) far below buckling, of a fiber among much softer ones
+_STIFFER = 1e-2  # at most this much of the softest one's
 
 Load = Callable[[Positions, float], Positions]
 """External force per length at positions (fiber, node, space) and a time."""
@@ -77,6 +81,8 @@ class SpectralStepper:
         How the fibers act on each other; None for each alone.
     threads
         Threads that fibers are spread over; None for all cores. Results do not depend on it.
+    team
+        Ranks that solve together; this is rank 0, the others `assist`.
     """
 
     def __init__(
@@ -88,8 +94,9 @@ class SpectralStepper:
         control: AbstractStepControl,
         newton_passes: int = 1,
         load: Load | None = None,
-        interaction: SpectralInteraction | None = None,
+        interaction: AbstractSpectralInteraction | None = None,
         threads: int | None = None,
+        team: AbstractTeam = ALONE,
     ) -> None:
         if not fibers or len({f.count for f in fibers}) > 1:
             raise InputError("fibers", "one fiber or more, all with as many nodes", len(fibers))
@@ -101,11 +108,14 @@ class SpectralStepper:
         self._drag = drag
         self._passes = newton_passes
         self._load = load
-        self._solver = IncrementSolver(
-            fibers, drag, interaction=interaction, workers=Workers(threads)
+        self._solver = solver_for(
+            fibers, drag, interaction=interaction, workers=Workers(threads, team)
         )
         self._lengths = np.array([f.length for f in fibers])[:, None, None]
         self._drags = [f.drag_number(drag) for f in fibers]
+        softest, rate = max(self._drags), flow.rate_scale()
+        # a bend that never grows need not be known better than the position
+        self._rigid = [d * rate < _RIGID and d < _STIFFER * softest for d in self._drags]
 
     def init(self, positions: tuple[Callable[[Array], Points], ...]) -> Carry:
         """Return the carry at time 0 from one function per fiber: fractions (n,) to points (n, 3).
@@ -209,16 +219,17 @@ class SpectralStepper:
             s = fiber.sigma * fiber.length
             force[k] = fiber.force(state.modes[k], state.tensions[k], s) / unit[k] - around.load[k]
             resisted[k], _ = fiber.mobility_velocity(state.modes[k], force[k])
-        resisted += self._solver.others(state.modes, force, resisted)
+        resisted += self._solver.others(state, t, force, resisted)
         return self._lengths * around.flow - unit * resisted / self._drag
 
     def _rate(self, velocity: Array) -> float:
         """Return a rate of change from the initial velocity modes, or from the bending rates."""
         fastest = 0.0
-        for fiber, modes, drag in zip(self.fibers, velocity, self._drags, strict=True):
-            shift = float(np.abs(modes @ fiber.tables[0].T).max())
-            bending = _EULER_MODE * (fiber.local.a + fiber.local.b) / drag
-            fastest = max(fastest, shift, bending)
+        for k, fiber in enumerate(self.fibers):
+            fastest = max(fastest, float(np.abs(velocity[k] @ fiber.tables[0].T).max()))
+            if not self._rigid[k]:
+                bending = _EULER_MODE * (fiber.local.a + fiber.local.b) / self._drags[k]
+                fastest = max(fastest, bending)
         return fastest
 
     def _attempt(self, carry: Carry, size: float, order: int) -> tuple[_Try | None, dict]:
@@ -265,7 +276,8 @@ class SpectralStepper:
             norms = kernels.step_norms(
                 weights, scales, carry.modes[k], tried.state.modes[k], fiber.tables
             )
-            bend = allowed * max(norms[-1, 1], _STRAIGHT) + _NOISE * max(1.0, norms[-1, 0])
+            least = _SHARE if self._rigid[k] else _STRAIGHT
+            bend = allowed * max(norms[-1, 1], least) + _NOISE * max(1.0, norms[-1, 0])
             errors = np.maximum(norms[:-1, 0] / (_SHARE * allowed), norms[:-1, 1] / bend)
             worst = np.where(errors > worst, errors, worst) if np.isfinite(errors).all() else errors
         return dict(zip(orders, worst.tolist(), strict=True))
@@ -280,4 +292,4 @@ class SpectralStepper:
         if self._load is not None:
             units = np.array([f.length**3 / f.rigidity for f in self.fibers])[:, None, None]
             load = np.ascontiguousarray((units * self._load(points, t)).transpose(0, 2, 1))
-        return Surroundings(np.ascontiguousarray(flow), gradient, load)
+        return Surroundings(t, np.ascontiguousarray(flow), gradient, load)

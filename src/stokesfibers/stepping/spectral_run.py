@@ -11,6 +11,7 @@ import numpy as np
 
 from stokesfibers.core.arrays import Array, Positions
 from stokesfibers.core.errors import InputError
+from stokesfibers.core.team import ALONE, AbstractTeam
 from stokesfibers.fiber.curves import Curve
 from stokesfibers.load import LoadedState, NoLoad
 from stokesfibers.numerics.chebyshev import ChebyshevGrid
@@ -19,11 +20,13 @@ from stokesfibers.problem.engine import SpectralEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.sampled import Shape, View
 from stokesfibers.slender.spectral import SpectralFiber
+from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
 from stokesfibers.slender.spectral_suspension import SpectralInteraction
 from stokesfibers.stepping.base import AbstractStepper, StepError
 from stokesfibers.stepping.report import StepReport
 from stokesfibers.stepping.spectral import Load, SpectralStepper
 from stokesfibers.stepping.spectral_carry import Carry
+from stokesfibers.summation import FastImages
 
 _SHOWN_PER_NODE = 4
 _SPATIAL_SHARE = 0.3  # of the tolerance: the error through lack of nodes that is let pass
@@ -71,7 +74,7 @@ class ShownFiber:
 
     def shape(self, modes: Array) -> Shape:
         """Return the centreline of position modes (3, N)."""
-        return Shape(*(np.ascontiguousarray(modes @ table.T) for table in self.tables))
+        return Shape(*np.matmul(modes, self.tables.transpose(0, 2, 1)))
 
 
 @dataclass(frozen=True)
@@ -91,16 +94,20 @@ class SpectralRunStepper(AbstractStepper[Carry]):
         The case; its engine must be a `SpectralEngine`.
     threads
         Threads that fibers are spread over; None for all cores. Results do not depend on it.
+    team
+        Ranks that solve together.
     """
 
     dense: ClassVar[bool] = True
     stages: ClassVar[tuple[str, str]] = ("solve", "rest")
 
-    def __init__(self, problem: Problem, threads: int | None = None) -> None:
+    def __init__(
+        self, problem: Problem, threads: int | None = None, team: AbstractTeam = ALONE
+    ) -> None:
         assert isinstance(problem.engine, SpectralEngine)
         self.problem = problem
         self._engine = problem.engine
-        self._threads = threads
+        self._threads, self._team = threads, team
         assert self._engine.nodes is not None
         adapted = max(_GROWTH * self._engine.nodes, _LEAST_CAPACITY)
         self._capacity = adapted if self._engine.adapt_nodes else self._engine.nodes
@@ -207,6 +214,7 @@ class SpectralRunStepper(AbstractStepper[Carry]):
             load=_load(problem, fibers),
             interaction=_interaction(problem, fibers, control),
             threads=self._threads,
+            team=self._team,
         )
         return _Discretised(stepper, tuple(shown[kind] for kind in problem.fibers))
 
@@ -248,21 +256,32 @@ def _load(problem: Problem, fibers: tuple[SpectralFiber, ...]) -> Load | None:
     weights = np.stack([fiber.quadrature for fiber in fibers])
     radii = np.array([fiber.eps * fiber.length for fiber in fibers])
 
-    def density(points: Positions, t: float) -> Positions:  # noqa: ARG001
-        return problem.load.density(LoadedState(points, weights, radii, problem.domain))
+    def density(points: Positions, t: float) -> Positions:
+        domain = problem.domain_at(t)
+        return problem.load.density(LoadedState(points, weights, radii, domain, t))
 
     return density
 
 
 def _interaction(
     problem: Problem, fibers: tuple[SpectralFiber, ...], control: AbstractStepControl
-) -> SpectralInteraction:
+) -> AbstractSpectralInteraction:
     adaptive = isinstance(control, AdaptiveSteps)
     wanted = _QUADRATURE_SHARE * control.step_tolerance if adaptive else _FIXED_QUADRATURE
+    wanted = min(1e-2, max(1e-12, wanted))
+    if isinstance(problem.image_sum, FastImages):
+        from stokesfibers.slender.spectral_ewald import EwaldInteraction  # slow to import
+
+        return EwaldInteraction.build(
+            fibers,
+            problem.domain_at,
+            close_approach=problem.close_approach,
+            tolerance=problem.image_sum.tolerance or wanted,
+        )
     return SpectralInteraction.build(
         fibers,
         problem.domain,
         image_sum=problem.image_sum,
         close_approach=problem.close_approach,
-        tolerance=min(1e-2, max(1e-13, wanted)),
+        tolerance=wanted,
     )

@@ -13,6 +13,9 @@ these velocities:
 by GMRES: y_0 is the step with the forces that others exert extrapolated. What remains of u is
 amplified like the extrapolation of tensions, by at most 2^5 - 1 from step to step at order 5: a
 reduction well below 1/31 keeps the coupling as stable as if it were solved exactly.
+
+Each rank assembles, factors and solves its share of the fibers. Forces and velocities are brought
+together in each application of the coupled operator, and all ranks iterate on the same numbers.
 """
 
 from __future__ import annotations
@@ -27,7 +30,10 @@ from stokesfibers.core.parallel import Workers
 from stokesfibers.kernels import spectral as kernels
 from stokesfibers.numerics.krylov import gmres
 from stokesfibers.slender.spectral import SpectralFiber
-from stokesfibers.slender.spectral_suspension import SpectralInteraction, SpectralScene
+from stokesfibers.slender.spectral_interaction import (
+    AbstractSpectralInteraction,
+    AbstractSpectralScene,
+)
 from stokesfibers.stepping.spectral_carry import State
 
 _factored, _solved = get_lapack_funcs(("getrf", "getrs"), dtype=np.float64)
@@ -35,6 +41,7 @@ _factored, _solved = get_lapack_funcs(("getrf", "getrs"), dtype=np.float64)
 REDUCTION = 1e-3
 """Of the residual of the coupled system in a step."""
 _MOST_ITERATIONS = 60
+_BLOCK = 16  # fibers whose solves are one task
 
 
 @dataclass(frozen=True)
@@ -43,6 +50,8 @@ class Surroundings:
 
     Attributes
     ----------
+    time
+        t.
     flow
         U / L, (fiber, 3, N).
     gradient
@@ -51,6 +60,7 @@ class Surroundings:
         External force per length times L^3 / E, (fiber, 3, N).
     """
 
+    time: float
     flow: Array
     gradient: Array
     load: Array
@@ -77,32 +87,68 @@ class Increment:
 
 
 class _Systems:
-    """The assembled and factored equations of all fibers about one state."""
+    """The assembled and factored equations of this rank's share of the fibers about one state.
 
-    def __init__(self, count: int, nodes: int) -> None:
-        m = nodes - 1
-        self.right = np.empty((count, 4 * nodes - 1))
+    The first axis of all arrays is the share but for `scale` and `ratio`, which are of all fibers.
+    """
+
+    def __init__(self, count: int, nodes: int, workers: Workers) -> None:
+        self._workers = workers
+        self.share = workers.team.share(count)
+        own = len(self.share)
+        self.right = np.empty((own, 4 * nodes - 1))
         self.scale, self.ratio = np.empty(count), np.empty(count)
-        self.force, self.resisted = np.empty((count, 3, nodes)), np.empty((count, 3, nodes))
-        self.mobility = np.empty((count, 6, nodes, nodes))
-        self.own = np.empty((count, nodes, nodes))
+        self.force, self.resisted = np.empty((own, 3, nodes)), np.empty((own, 3, nodes))
+        self.mobility = np.empty((own, 6, nodes, nodes))
+        self.own = np.empty((own, nodes, nodes))
         self.tangent, self.curvature = np.empty_like(self.force), np.empty_like(self.force)
-        self.factors = [(np.empty(0), np.empty(0))] * count
-        self._nodes, self._tension_modes = nodes, m
+        self.factors = [(np.empty(0), np.empty(0))] * own
+        self._nodes = nodes
+
+    @property
+    def rows(self) -> slice:
+        """The share as a slice of arrays of all fibers."""
+        return slice(self.share.start, self.share.stop)
+
+    def together(self, rows: Array) -> Array:
+        """Return an array of all fibers from each rank's share of it."""
+        if self._workers.team.size == 1:
+            return rows
+        out = np.empty((len(self.scale), *rows.shape[1:]))
+        out[self.rows] = rows
+        self._workers.team.complete(out)
+        return out
 
     def solve(self, right: Array) -> Array:
-        """Return A^-1 right, both (fiber, 4 N - 1)."""
+        """Return A^-1 right, both (fiber of the share, 4 N - 1)."""
         out = np.empty_like(right)
-        for k, (lu, pivots) in enumerate(self.factors):
+
+        def one(k: int) -> None:
             # the matrix was factored as its transpose, which is how LAPACK reads C order
-            out[k], _ = _solved(lu, pivots, right[k], trans=1)
+            out[k], _ = _solved(*self.factors[k], right[k], trans=1)
+
+        self._workers.for_each(len(out), one, block=_BLOCK)
+        return out
+
+    def resisted_force(self, force: Array) -> Array:
+        """Return Lambda f + K f of each fiber of the share, (fiber, 3, N)."""
+        out = np.empty_like(force)
+
+        def one(k: int) -> None:
+            out[k] = kernels.resisted_force(self.mobility[k], force[k])
+
+        self._workers.for_each(len(out), one, block=_BLOCK)
         return out
 
     def split(self, found: Array) -> tuple[Array, Array]:
-        """Return modes (fiber, 3, N) and tensions (fiber, N - 1) of a solution."""
+        """Return modes (fiber, 3, N) and tensions (fiber, N - 1) of a solution.
+
+        It is that of the share or of all fibers.
+        """
         rows = 3 * self._nodes
+        scale = self.scale if len(found) == len(self.scale) else self.scale[self.rows]
         modes = found[:, :rows].reshape(-1, 3, self._nodes)
-        return modes, found[:, rows:] / self.scale[:, None]
+        return modes, found[:, rows:] / scale[:, None]
 
 
 class IncrementSolver:
@@ -117,7 +163,7 @@ class IncrementSolver:
     interaction
         How they act on each other; None for each alone.
     workers
-        Threads.
+        Threads and ranks; all ranks must solve together, with the same arguments.
     """
 
     def __init__(
@@ -125,7 +171,7 @@ class IncrementSolver:
         fibers: tuple[SpectralFiber, ...],
         drag: float,
         *,
-        interaction: SpectralInteraction | None,
+        interaction: AbstractSpectralInteraction | None,
         workers: Workers,
     ) -> None:
         self._fibers = fibers
@@ -154,53 +200,65 @@ class IncrementSolver:
         """
         systems = self._assembled(state, rate, around, (alpha, implicit))
         if self._interaction is None:
-            found, iterations = systems.solve(systems.right), 1
+            found, iterations = systems.together(systems.solve(systems.right)), 1
         else:
-            scene = SpectralScene(self._interaction, state.modes, self._workers)
+            scene = self._interaction.scene(state.modes, around.time, self._workers)
             found, iterations = self._coupled(systems, scene, reduction)
         if not np.isfinite(found).all():
             raise np.linalg.LinAlgError("the step is not finite")
         return Increment(*systems.split(found), systems.ratio, iterations)
 
-    def others(self, modes: Array, force: Array, resisted: Array) -> Array:
-        """Return what others add to M f at the nodes, (fiber, 3, N), in units of E / L^3."""
+    def others(self, state: State, t: float, force: Array, resisted: Array) -> Array:
+        """Return what others add to M f at the nodes, (fiber, 3, N), in units of E / L^3.
+
+        A rank does it by itself.
+        """
         if self._interaction is None:
             return np.zeros_like(force)
-        scene = SpectralScene(self._interaction, modes, self._workers)
+        scene = self._interaction.scene(state.modes, t, self._workers.alone)
         return scene.velocity(self._unit * force, self._unit * resisted) / self._unit
 
     def _assembled(
         self, state: State, rate: Array, around: Surroundings, pace: tuple[float, float]
     ) -> _Systems:
         count = len(self._fibers)
-        systems = _Systems(count, self._fibers[0].count)
+        systems = _Systems(count, self._fibers[0].count, self._workers)
 
-        def one(k: int) -> None:
-            matrix, systems.right[k], systems.scale[k], systems.ratio[k], *about = (
-                kernels.increment_system(
-                    state.modes[k],
-                    state.tensions[k],
-                    rate[k],
-                    around.flow[k],
-                    around.gradient[k],
-                    around.load[k],
-                    *pace,
-                    self._drags[k],
-                    *self._tables[k],
-                )
+        scale, ratio = systems.scale[systems.rows], systems.ratio[systems.rows]
+
+        def one(i: int) -> None:
+            k = systems.share[i]
+            matrix, systems.right[i], scale[i], ratio[i], *about = kernels.increment_system(
+                state.modes[k],
+                state.tensions[k],
+                rate[k],
+                around.flow[k],
+                around.gradient[k],
+                around.load[k],
+                *pace,
+                self._drags[k],
+                *self._tables[k],
             )
-            systems.force[k], systems.resisted[k], systems.mobility[k] = about[:3]
-            systems.own[k], systems.tangent[k], systems.curvature[k] = about[3:]
+            systems.force[i], systems.resisted[i], systems.mobility[i] = about[:3]
+            systems.own[i], systems.tangent[i], systems.curvature[i] = about[3:]
             lu, pivots, info = _factored(matrix.T, overwrite_a=True)
             if info > 0:
                 raise np.linalg.LinAlgError("the equations of a fiber are singular")
-            systems.factors[k] = lu, pivots
+            systems.factors[i] = lu, pivots
 
-        self._workers.for_each(count, one)
+        singular = False
+        try:
+            self._workers.for_each(len(systems.share), one)
+        except np.linalg.LinAlgError:
+            singular = True
+        if self._workers.team.any(singular):
+            raise np.linalg.LinAlgError("the equations of a fiber are singular")
+        self._workers.team.complete(systems.scale)
+        self._workers.team.complete(systems.ratio)
         return systems
 
     def _coupled(
-        self, systems: _Systems, scene: SpectralScene, reduction: float
+        self, systems: _Systems, scene: AbstractSpectralScene, reduction: float
     ) -> tuple[Array, int]:
         """Return the solution of the coupled system and the iterations."""
         table, slopes = self._fibers[0].tension_tables
@@ -208,22 +266,22 @@ class IncrementSolver:
         rows = 3 * systems.own.shape[1]
 
         def velocity(force: Array, resisted: Array) -> Array:
-            return shift * scene.velocity(self._unit * force, self._unit * resisted)
+            """By all fibers at all nodes, from the forces of each rank's share."""
+            both = systems.together(np.concatenate([force, resisted], axis=1))
+            return shift * scene.velocity(self._unit * both[:, :3], self._unit * both[:, 3:])
 
         def by_force(found: Array) -> Array:
-            """C D: the velocities that the increments bring about."""
+            """C D: the velocities that the increments of each rank's share bring about."""
             modes, tensions = systems.split(found)
             force = np.matmul(modes, systems.own.transpose(0, 2, 1))
-            force -= (tensions @ table.T)[:, None] * systems.curvature
-            force -= (tensions @ slopes.T)[:, None] * systems.tangent
-            resisted = np.empty_like(force)
-            for k, f in enumerate(force):
-                resisted[k] = kernels.resisted_force(systems.mobility[k], f)
-            return velocity(force, resisted)
+            # fiber by fiber: the bits must not depend on how many there are
+            force -= np.matmul(tensions[:, None], table.T) * systems.curvature
+            force -= np.matmul(tensions[:, None], slopes.T) * systems.tangent
+            return velocity(force, systems.resisted_force(force))
 
         def own(u: Array) -> Array:
             right = np.zeros_like(systems.right)
-            right[:, :rows] = u.reshape(len(u), -1)
+            right[:, :rows] = u[systems.rows].reshape(len(right), -1)
             return systems.solve(right)
 
         def operator(u: Array) -> tuple[Array, Array]:
@@ -233,4 +291,4 @@ class IncrementSolver:
         first = systems.solve(systems.right) - own(velocity(systems.force, systems.resisted))
         right = by_force(first)
         change, iterations = gmres(operator, right, reduction=reduction, most=_MOST_ITERATIONS)
-        return first - change, iterations
+        return systems.together(first - change), iterations
