@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stokesfibers.domain import Free, Periodic
 from stokesfibers.experiments import tolerance
 from stokesfibers.experiments.tolerance_cases import CASES, spatial
 from stokesfibers.fiber.parameters import Fiber
+from stokesfibers.load import Gravity, NoLoad
 from stokesfibers.slender.mobility import LocalDrag, NonLocal
 
 
@@ -49,14 +51,31 @@ def test_length_errors_allowed():
     np.testing.assert_allclose(allowed, [1e-3, 1e-8], rtol=1e-12)
 
 
-def test_cases_are_twenty_varied_ones():
-    assert len(CASES) == 20
-    assert len({(c.name, c.mu_bar, c.eps) for c in CASES}) == 20
+def test_cases_are_varied():
+    assert len(CASES) == 28
+    assert len({(c.name, c.mu_bar, c.eps) for c in CASES}) == 28
     assert (min(c.mu_bar for c in CASES), max(c.mu_bar for c in CASES)) == (1e3, 1e6)
     assert (min(c.eps for c in CASES), max(c.eps for c in CASES)) == (1e-4, 10.0**-1.5)
-    assert len({type(c.flow) for c in CASES}) == 4
+    assert len({type(c.flow) for c in CASES}) == 5
     assert {type(c.mobility) for c in CASES} == {NonLocal, LocalDrag}
-    assert all(c.problem(1e-3).flow.rate_scale() == 1.0 for c in CASES)
+    assert {type(c.load) for c in CASES} == {NoLoad, Gravity}
+    assert {type(c.domain) for c in CASES} == {Free, Periodic}
+    counts = [len(c.starts) for c in CASES]
+    assert (counts.count(1), counts.count(2)) == (23, 5)
+    for case in CASES:
+        assert case.problem(1e-3).flow.rate_scale() in (0.0, 1.0)
+        assert len(case.problem(1e-3).fibers) == len(case.curves())
+
+
+def test_the_second_fiber_is_a_curve_of_its_own_beside_the_first():
+    one, other = next(c for c in CASES if len(c.starts) == 2).curves()
+    sigma = np.linspace(0.0, 1.0, 21)
+    apart = other.at_fractions(sigma) - one.at_fractions(sigma)
+    assert np.linalg.norm(apart, axis=-1).min() > 0.1
+    assert np.ptp(apart, axis=0).max() > 0.1, "not the first one shifted"
+    alpha, h = np.linspace(0.05, 0.95, 7), 1e-5
+    slope = (other.position(alpha + h) - other.position(alpha - h)) / (2.0 * h)
+    np.testing.assert_allclose(other.tangent(alpha), slope, atol=1e-8)
 
 
 def test_spatial_start_is_a_smooth_curve_of_unit_length_out_of_the_plane():

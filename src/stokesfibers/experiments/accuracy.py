@@ -99,6 +99,8 @@ def _case(chosen: Plan, case: Case, told: _Told) -> xr.Dataset:
             "integral_error": ((), abs(sums[1] - sums[0]) + abs(sums[2] - sums[0])),
             "mu_bar": ((), case.mu_bar),
             "regularization": ((), case.regularization.kind),
+            "skew": ((), case.skew),
+            "out_of_plane": ((), float(np.ptp(reference[..., 2], axis=-1).max())),
         }
     )
     data = data.merge(_by_paper(paper, exact, chosen)).merge(

@@ -57,7 +57,7 @@ def figure(data: xr.Dataset) -> Figure:
 
 
 def _look(data: xr.Dataset, k: int) -> dict[str, Any]:
-    """Return the colour of a case; (16) has hollow markers and the colour of its twin."""
+    """Return the colour of a case; (16) has hollow markers, a run in space half ones."""
     from stokesfibers.plot.style import PALETTE
 
     mu_bars = list(dict.fromkeys(data["mu_bar"].to_numpy().tolist()))
@@ -65,6 +65,8 @@ def _look(data: xr.Dataset, k: int) -> dict[str, Any]:
     look: dict[str, Any] = {"color": PALETTE[mu_bars.index(float(one["mu_bar"]))]}
     if str(one["regularization"].values) == "paper":
         look |= {"markerfacecolor": "white", "markeredgewidth": 0.8, "zorder": 1.5}
+    if float(one["skew"]):
+        look |= {"fillstyle": "left", "zorder": 1.5}
     return look
 
 
@@ -98,6 +100,8 @@ def _legend(drawn: Any, data: xr.Dataset) -> None:
         text = rf"$\bar\mu = {float(one['mu_bar']) / 10**power:g} \times 10^{power}$"
         if str(one["regularization"].values) == "paper":
             text += ", (16)"
+        if float(one["skew"]):
+            text += ", in 3D"
         lines.append(Line2D([], [], **(_ENGINE | {"linestyle": ""}), **_look(data, k), label=text))
     lines.append(Line2D([], [], **_ENGINE, color=INK, label="high order"))
     lines.append(Line2D([], [], **_SCHEME, color=INK, label="paper's scheme"))

@@ -30,15 +30,19 @@ class Case:
         Effective viscosity (10).
     regularization
         delta(s).
+    skew
+        Initial deflection out of the plane over the one in it; 0 stays in the plane.
     """
 
     mu_bar: float
     regularization: AbstractRegularization
+    skew: float = 0.0
 
     @property
     def label(self) -> str:
         """Short name of the case."""
-        return f"mu_bar = {self.mu_bar:.0e}, {self.regularization.kind}".replace("e+0", "e")
+        name = f"mu_bar = {self.mu_bar:.0e}, {self.regularization.kind}".replace("e+0", "e")
+        return f"{name}, 3D" if self.skew else name
 
 
 @dataclass(frozen=True)
@@ -90,7 +94,9 @@ class Plan:
     ) -> EngineRun:
         """Return a run of the high-order engine."""
         engine = SpectralEngine(rtol=rtol, nodes=nodes)
-        return EngineRun(self.tier, case.mu_bar, engine, case.regularization, observe)
+        return EngineRun(
+            self.tier, case.mu_bar, engine, case.regularization, observe, skew=case.skew
+        )
 
     def known(self, case: Case, which: tuple[int, float]) -> EngineRun:
         """Return the reference or the control of a case, with observables twice as often."""
@@ -99,10 +105,14 @@ class Plan:
 
     def by_paper(self, case: Case) -> list[EngineRun | BucklingRun]:
         """Return the runs of a case by the paper's scheme, coarse to fine."""
-        return [paper_run(self.tier, case.mu_bar, n, case.regularization) for n in self.tier.levels]
+        return [
+            paper_run(self.tier, case.mu_bar, n, regularization=case.regularization, skew=case.skew)
+            for n in self.tier.levels
+        ]
 
 
 _SPHEROIDAL, _PAPER = SpheroidalRegularization(), PaperRegularization()
+_SKEW = 20.0
 _FULL = Plan(
     tier=FULL,
     cases=(
@@ -110,6 +120,7 @@ _FULL = Plan(
         Case(3e5, _SPHEROIDAL),
         Case(2e5, _SPHEROIDAL),
         Case(4e5, _PAPER),
+        Case(3e5, _SPHEROIDAL, _SKEW),
     ),
     reference=(100, 1e-9),
     control=(88, 1e-8),
@@ -121,7 +132,7 @@ _FULL = Plan(
 )
 _QUICK = Plan(
     tier=QUICK,
-    cases=(Case(2e5, _SPHEROIDAL), Case(2e5, _PAPER)),
+    cases=(Case(2e5, _SPHEROIDAL), Case(2e5, _PAPER), Case(2e5, _SPHEROIDAL, _SKEW)),
     reference=(60, 1e-7),
     control=(52, 1e-6),
     rtols=(1e-3, 1e-5),

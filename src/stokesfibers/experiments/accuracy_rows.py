@@ -41,7 +41,8 @@ def rows(data: xr.Dataset) -> Sequence[Row]:
 def label(case: xr.Dataset) -> str:
     """Return what a row calls a case."""
     delta = {"paper": "(16)"}.get(str(case["regularization"].values), "spheroidal")
-    return f"mu_bar = {float(case['mu_bar']):.0e}, {delta}".replace("e+0", "e")
+    name = f"mu_bar = {float(case['mu_bar']):.0e}, {delta}".replace("e+0", "e")
+    return f"{name}, 3D" if float(case["skew"]) else name
 
 
 def _of_tolerances(case: xr.Dataset, data: xr.Dataset) -> list[Row]:
@@ -52,6 +53,10 @@ def _of_tolerances(case: xr.Dataset, data: xr.Dataset) -> list[Row]:
         note="Distance of the run with fewer nodes and a larger tolerance from it.",
     )
     found = [known]
+    if float(case["skew"]):
+        extent, quick = float(case["out_of_plane"]), data.attrs["quick"]
+        name = f"largest extent across the plane of shear, {label(case)}"
+        found.append(Row(name, extent, low=0.01 if quick else 0.03))
     for one in (case.isel(rtol=k) for k in range(case.sizes["rtol"])):
         rtol = float(one["rtol"])
         found.append(
@@ -135,7 +140,7 @@ def _of_integral(case: xr.Dataset, quick: bool) -> list[Row]:
     ours = float(case["integral"])
     kind, paper = str(case["regularization"].values), case["paper_integral"].to_numpy()
     errors = np.abs(paper - ours)
-    figure6 = not quick and float(case["mu_bar"]) == 4e5
+    figure6 = not quick and float(case["mu_bar"]) == 4e5 and not float(case["skew"])
     low = _INTEGRALS[kind] - _SIXTH_DIGIT if figure6 else None
     high = _INTEGRALS[kind] + _SIXTH_DIGIT if figure6 else None
     printed = _PRINTED_HALF if figure6 and kind == "paper" else None

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from time import perf_counter
+from typing import ClassVar
 
 import numpy as np
 import xarray as xr
@@ -16,7 +17,9 @@ from threadpoolctl import threadpool_limits
 from stokesfibers.core.arrays import Array
 from stokesfibers.core.errors import StokesFibersError
 from stokesfibers.experiments.tiers import EPS, POSITIONS_EVERY, BucklingRun, Tier
-from stokesfibers.fiber.initial import NearlyStraight
+from stokesfibers.experiments.tolerance_cases import spatial
+from stokesfibers.fiber.curves import Curve
+from stokesfibers.fiber.initial import AbstractInitial, NearlyStraight
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.flow import Shear
 from stokesfibers.problem.engine import PaperEngine, SpectralEngine
@@ -30,6 +33,30 @@ from stokesfibers.stepping.engines import stepper_of
 UNIT_SIZE = 603
 """3 (N + 1) for N = 200."""
 _SOLVES = 15
+
+
+@dataclass(frozen=True)
+class Skewed(AbstractInitial):
+    """The shape (47), bent out of the plane too, which leads to a run in three dimensions.
+
+    Attributes
+    ----------
+    angle
+        theta_0.
+    amplitude
+        d_y of (47).
+    skew
+        Deflection out of the plane, odd in s - L/2, over the one in it.
+    """
+
+    angle: float
+    amplitude: float
+    skew: float
+    kind: ClassVar[str] = "skewed"
+
+    def curves(self, fibers: tuple[Fiber, ...], periods: Array) -> tuple[Curve, ...]:  # noqa: ARG002
+        bend = self.amplitude / 256.0
+        return tuple(spatial(self.angle, bend, self.skew * bend)(fiber) for fiber in fibers)
 
 
 @dataclass(frozen=True)
@@ -48,6 +75,8 @@ class EngineRun:
         delta(s).
     observe
         Interval between observables; that of the tier if None.
+    skew
+        Of the initial shape; 0 stays in the plane.
     """
 
     tier: Tier
@@ -55,6 +84,7 @@ class EngineRun:
     engine: PaperEngine | SpectralEngine
     regularization: AbstractRegularization = field(default_factory=SpheroidalRegularization)
     observe: float | None = None
+    skew: float = 0.0
 
     @property
     def name(self) -> str:
@@ -65,7 +95,8 @@ class EngineRun:
         else:
             how = f"nodes{engine.nodes or 0}-rtol{engine.rtol or 0.0:.0e}"
         kind = self.regularization.kind
-        return f"{self.tier.name}-{engine.kind}-mubar{self.mu_bar:.0f}-{how}-{kind}"
+        name = f"{self.tier.name}-{engine.kind}-mubar{self.mu_bar:.0f}-{how}-{kind}"
+        return f"{name}-skew{self.skew:g}" if self.skew else name
 
     @property
     def until(self) -> float:
@@ -80,8 +111,10 @@ class EngineRun:
         return Schedule(POSITIONS_EVERY, every, 20 * POSITIONS_EVERY, points)
 
     @property
-    def initial(self) -> NearlyStraight:
+    def initial(self) -> AbstractInitial:
         """The initial shape (47)."""
+        if self.skew:
+            return Skewed(self.tier.angle, self.tier.amplitude, self.skew)
         return NearlyStraight(angle=self.tier.angle, amplitude=self.tier.amplitude)
 
     @property
@@ -97,15 +130,20 @@ class EngineRun:
 
 
 def paper_run(
-    tier: Tier, mu_bar: float, intervals: int, regularization: AbstractRegularization
+    tier: Tier,
+    mu_bar: float,
+    intervals: int,
+    *,
+    regularization: AbstractRegularization,
+    skew: float = 0.0,
 ) -> EngineRun | BucklingRun:
-    """Return the run by the paper's scheme with a given delta(s); with (16) the figures' own."""
+    """Return the run by the paper's scheme with a given delta(s); the figures' own if it is one."""
     figures = BucklingRun(tier, mu_bar, intervals)
-    if regularization.kind == "paper":
+    if regularization.kind == "paper" and not skew:
         return figures
     engine = figures.problem.engine
     assert isinstance(engine, PaperEngine)
-    return EngineRun(tier, mu_bar, engine, regularization)
+    return EngineRun(tier, mu_bar, engine, regularization, skew=skew)
 
 
 def shapes(tree: xr.DataTree, times: Array, points: int) -> Array:

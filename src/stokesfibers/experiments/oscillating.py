@@ -217,4 +217,5 @@ def mark_half_periods(ax: Axes, data: xr.Dataset) -> None:
     for turn in np.arange(1, round(last / half)) * half:
         ax.axvline(turn, color=FAINT, linewidth=0.5, linestyle=(0, (4, 2)), zorder=0)
     ax.set_xlim(0.0, last)
-    ax.set_ylim(bottom=0.0)
+    if ax.get_yscale() == "linear":
+        ax.set_ylim(bottom=0.0)

@@ -40,7 +40,8 @@ _OTHERS = (
         "ours, with exact limits",
     ),
     ("accuracy", "Error against cost, both engines; the integral of N_1", "Engine study"),
-    ("tolerance", "The error asked for and the error got, 20 cases", "Engine study"),
+    ("tolerance", "The error asked for and the error got, 28 cases", "Engine study"),
+    ("two_engines", "The suspension of Fig. 12 by both engines: energy, cost", "Engine study"),
     ("regularization", "Three choices of delta(s): eigenvalues, slopes, runs", "Engine study"),
 )
 
