@@ -27,6 +27,9 @@ lint: $(STAMP)-dev
 bench: $(STAMP)-dev
 	$(BIN)/python benchmarks/step.py
 	$(BIN)/python benchmarks/suspension.py
+	$(BIN)/python benchmarks/spectral.py
+	$(BIN)/python benchmarks/ewald.py --counts 1e4 1e5
+	$(BIN)/python benchmarks/large.py --counts 100 300 1000
 
 $(STAMP): pyproject.toml
 	test -d .venv || $(PYTHON) -m venv .venv

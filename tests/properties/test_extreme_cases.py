@@ -58,3 +58,39 @@ def test_actin_in_si_units(rate, buckles):
     assert_close(
         observed["extra_stress"].to_numpy() / moment, unit["extra_stress"].to_numpy(), rtol=1e-5
     )
+
+
+def _neighbours(gap, mu_bar):
+    """Return a bent fiber and one 100 times shorter beside it, and their shapes at the start."""
+    long, short = sf.Fiber(slenderness=1e-3), sf.Fiber(length=0.01, slenderness=1e-3)
+    bent = sf.shapes.nearly_straight(long, angle=2.3, amplitude=0.3)
+    centre = bent.at_fractions(np.array([0.4]))[0] + np.array([0.0, 0.0, gap])
+    beside = sf.shapes.segment(short, centre=tuple(centre), direction=np.array([0.6, 0.8, 0.0]))
+    options = {"mu_bar": mu_bar, "flow": sf.Shear(1.0)}
+    return (long, short), (bent, beside), options
+
+
+@pytest.mark.parametrize(
+    ("gap", "mu_bar"), [(0.02, 1e4), pytest.param(0.008, 1e5, marks=pytest.mark.slow)]
+)
+def test_a_fiber_a_hundred_times_shorter_than_its_neighbour(gap, mu_bar):
+    """Its bending is 1e8 times faster, but neither its bend nor its start dictates the steps."""
+    fibers, shapes_, options = _neighbours(gap, mu_bar)
+
+    def go(kinds, curves, rtol):
+        problem = sf.Problem(kinds, engine=SpectralEngine(rtol=rtol), **options)
+        result = sf.simulate(problem, curves, until=2.0, record=sf.every(0.5), threads=1)
+        assert result.status.code == "done"
+        assert result.status.explanation == ""
+        return result
+
+    found, fine = go(fibers, shapes_, RTOL), go(fibers, shapes_, 0.01 * RTOL)
+    alone = go(fibers[:1], shapes_[:1], RTOL)
+    steps = found.data["numerics"]
+    assert steps.sizes["step"] < 1.25 * alone.data["numerics"].sizes["step"]
+    assert steps["step_size"].to_numpy()[0] > 1e-7
+    position, expected = (r.data["trajectory"]["position"].to_numpy() for r in (found, fine))
+    assert_close(position[:, 0], expected[:, 0], atol=0.1 * RTOL)
+    assert_close(position[:, 1], expected[:, 1], atol=5.0 * RTOL * 0.01)
+    assert np.abs(position[-1, 1] - position[0, 1]).max() > 0.01, "it moves"
+    assert found.data["observables"]["length_error"].to_numpy().max() < 1e-7

@@ -159,7 +159,6 @@ def whole_case(case: Path) -> xr.DataTree:
     tree = open_run(out).load()
     if "spectral" in case.read_text():
         assert np.ptp(tree["numerics"]["order"].to_numpy()) >= 4
-        assert np.ptp(tree["numerics"]["nodes"].to_numpy()) > 0
     return tree
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import random
+import resource
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -146,13 +146,20 @@ def test_a_run_of_the_command_line_takes_seconds(tmp_path):
         'engine = "spectral"\n[fiber]\nslenderness = 1e-3\n[fluid]\nmu_bar = 4e5\n'
         '[flow]\nkind = "shear"\n[stepping]\nuntil = 61.44\n'
     )
-    command = [sys.executable, "-m", "stokesfibers", "run", str(case), "--quiet", "--out"]
+    program = [sys.executable, "-c", "from stokesfibers.cli.main import main; main()"]
     seconds = []
     for name in ("first.zarr", "second.zarr"):
-        before = time.perf_counter()
-        subprocess.run([*command, str(tmp_path / name)], check=True)
-        seconds.append(time.perf_counter() - before)
-    assert seconds[1] < 20.0, "compiled anew"
+        before = _children_seconds()
+        words = ["run", str(case), "--quiet", "--out", str(tmp_path / name)]
+        subprocess.run([*program, *words], check=True)
+        seconds.append(_children_seconds() - before)
+    assert seconds[1] < 6.0, "3 s of a machine that does nothing else"
+
+
+def _children_seconds() -> float:
+    """Return the processor time of all children so far, which a busy machine changes less."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def json_status(tree: xr.DataTree) -> dict:

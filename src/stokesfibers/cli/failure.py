@@ -26,7 +26,7 @@ def guarded(work: Callable[P, int | None]) -> Callable[P, None]:
 
     @functools.wraps(work)
     def command(*args: P.args, **kwargs: P.kwargs) -> None:
-        raise click.exceptions.Exit(_code(lambda: work(*args, **kwargs)))
+        raise click.exceptions.Exit(reported(lambda: work(*args, **kwargs)))
 
     return command
 
@@ -37,7 +37,8 @@ def complain(message: str) -> None:
     click.echo(message, err=True)
 
 
-def _code(work: Callable[[], int | None]) -> int:
+def reported(work: Callable[[], int | None]) -> int:
+    """Return the exit code of `work`, with every error reported."""
     try:
         return work() or DONE
     except (click.ClickException, click.exceptions.Exit, BrokenPipeError):

@@ -8,6 +8,7 @@ from stokesfibers.cli.check import check
 from stokesfibers.cli.cite import cite
 from stokesfibers.cli.doctor import doctor
 from stokesfibers.cli.plot import plot
+from stokesfibers.cli.ranks import silence_assistants
 from stokesfibers.cli.reproduce import reproduce
 from stokesfibers.cli.resume import resume
 from stokesfibers.cli.run import run
@@ -25,11 +26,13 @@ _ORDER = (run, resume, check, show, plot, reproduce, cite, doctor, schema)
     "what it had, 130 interrupted and resumable.",
 )
 @click.version_option(__version__, prog_name="stokesfibers", message="%(prog)s %(version)s")
-def main() -> None:
+@click.pass_context
+def main(context: click.Context) -> None:
     """Flexible fibers in Stokes flow: non-local slender body theory, from one TOML file.
 
     Try: stokesfibers run cases/buckling.toml --out run.zarr
     """
+    silence_assistants(context.invoked_subcommand)
 
 
 for _command in _ORDER:

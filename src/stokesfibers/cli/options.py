@@ -23,3 +23,11 @@ python_option = click.option(
 quiet_option = click.option(
     "-q", "--quiet", is_flag=True, help="Print nothing but what went wrong."
 )
+threads_option = click.option(
+    "--threads", type=click.IntRange(min=1), help="Threads to use; results do not depend on them."
+)
+mpi_option = click.option(
+    "--mpi/--no-mpi",
+    default=None,
+    help="Share the work with the other ranks of an MPI launcher; by default if one is found.",
+)

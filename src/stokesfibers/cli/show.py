@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,7 @@ _EXTREMES = {
     "largest_tension": "largest tension",
     "first_normal_stress_difference": "largest N_1",
 }
+_LEAST_VALUES = 16  # recorded in the second half, for averages
 _COLOURS = {"done": "green", "failed": "red", "interrupted": "yellow", "running": "cyan"}
 
 
@@ -52,6 +54,10 @@ def show(*, run: Path, as_json: bool) -> None:
         lines(
             (e["meaning"], number(e["value"]), f"at t = {e['time']:.6g}") for e in facts["extremes"]
         )
+    if facts["averages"]:
+        first = facts["averages"][0]
+        heading(f"Averages from t = {number(first['after'])} on, with one standard error")
+        lines(_average_row(a) for a in facts["averages"])
     heading("Made by")
     lines(_origin_rows(facts["provenance"]))
     click.echo(f"\n{_advice(status['code'], run)}")
@@ -75,6 +81,7 @@ def _facts(run: Path) -> dict[str, Any]:
         "wall_seconds": float(data["numerics"].to_dataset()["wall_time"].sum()),
         "steps": _steps(data),
         "extremes": list(_extremes(data)),
+        "averages": list(_averages(data)),
         "case": case,
         "provenance": json.loads(attributes["provenance"]),
         "resumed": json.loads(attributes.get("resumed", "[]")),
@@ -113,6 +120,37 @@ def _extremes(data: xr.DataTree) -> Iterator[dict[str, Any]]:
             "value": float(np.nanmax(values)),
             "time": float(times[where]),
         }
+
+
+def _averages(data: xr.DataTree) -> Iterator[dict[str, Any]]:
+    """Yield block averages of the stress per volume over the second half of what is recorded."""
+    import numpy as np
+
+    from stokesfibers.observe.averages import block_average
+
+    observables = data["observables"].to_dataset()
+    times = observables["time"].to_numpy()
+    late = times >= 0.5 * times[-1] if len(times) else np.zeros(0, dtype=bool)
+    if "particle_stress" not in observables or late.sum() < _LEAST_VALUES:
+        return
+    p = observables["particle_stress"].to_numpy()[late]
+    series = {
+        "shear stress per volume": p[:, 0, 1],
+        "N_1 per volume": p[:, 0, 0] - p[:, 1, 1],
+        "N_2 per volume": p[:, 1, 1] - p[:, 2, 2],
+    }
+    if "specific_viscosity" in observables:
+        series["specific viscosity"] = observables["specific_viscosity"].to_numpy()[late]
+    for meaning, values in series.items():
+        if np.isfinite(values).all():
+            average = block_average(times[late], values)
+            yield {"meaning": meaning, "after": float(times[late][0]), **asdict(average)}
+
+
+def _average_row(average: dict[str, Any]) -> tuple[str, ...]:
+    note = "" if average["settled"] else "; not settled, the error is larger"
+    blocks = f"{average['blocks']} blocks of {number(average['block'])}{note}"
+    return average["meaning"], f"{average['mean']:.4g} +- {average['error']:.2g}", blocks
 
 
 def _record_rows(facts: dict[str, Any]) -> Iterator[tuple[str, ...]]:

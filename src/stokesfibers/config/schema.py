@@ -14,21 +14,21 @@ from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from stokesfibers.constraint.coupled import TENSION_SOLVERS
-from stokesfibers.domain import Free, Periodic
+from stokesfibers.domain import Free, Periodic, Sheared
 from stokesfibers.fiber.initial import NearlyStraight
 from stokesfibers.fiber.initials import INITIALS
 from stokesfibers.fiber.orientation import ORIENTATIONS
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.fiber.suspension import Orientation
 from stokesfibers.flow import FLOWS, AbstractFlow, SumOfFlows, Uniform, UserFlow
-from stokesfibers.load import LOADS
+from stokesfibers.load import LOADS, UserLoad
 from stokesfibers.problem.engine import ENGINES
 from stokesfibers.problem.problem import Problem
 from stokesfibers.run.events import StopWhen
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.slender.mobility import LocalDrag, NonLocal
 from stokesfibers.slender.regularization import REGULARIZATIONS
-from stokesfibers.summation import IMAGE_SUMS
+from stokesfibers.summation import IMAGE_SUMS, FastImages
 from stokesfibers.summation.close_approach import CLOSE_APPROACHES
 
 Schema = dict[str, Any]
@@ -63,7 +63,7 @@ def case_schema() -> Schema:
                 "fluid": {**_object(fluid), "oneOf": _one_of("mu_bar", "viscosity")},
                 "flow": {"$ref": "#/$defs/flow"},
                 "domain": _domain(),
-                "load": {"oneOf": [_kind(cls) for cls in LOADS.values()]},
+                "load": {"oneOf": [*(_kind(cls) for cls in LOADS.values()), _python_load()]},
                 "initial": {"oneOf": [_kind(cls) for cls in INITIALS.values()]},
                 "model": _model(),
                 "constraint": _object(
@@ -107,6 +107,16 @@ def _flows() -> list[Schema]:
     ]
 
 
+def _python_load() -> Schema:
+    source = {
+        "kind": {"const": UserLoad.kind},
+        "file": {**_TEXT, "description": "Python file, relative to the case file."},
+        "density": {**_TEXT, "description": "Name of its function g(points, time)."},
+        "sha256": {**_TEXT, "description": "Refuse the file unless it has this checksum."},
+    }
+    return {**_object(source, ["kind", "file"]), "description": _summary(UserLoad)}
+
+
 def _flow(cls: type[AbstractFlow]) -> Schema:
     schema = _kind(cls)
     if cls is Uniform:  # in a case the field stream_velocity is called velocity
@@ -134,7 +144,9 @@ def _model() -> Schema:
 def _domain() -> Schema:
     periodic = _kind(Periodic)
     periodic["properties"].update(_named("sum", IMAGE_SUMS))
-    return {"oneOf": [_kind(Free), periodic]}
+    sheared = _kind(Sheared)
+    sheared["properties"].update(_named("sum", {FastImages.kind: FastImages}))
+    return {"oneOf": [_kind(Free), periodic, sheared]}
 
 
 def _named(key: str, kinds: Mapping[str, type]) -> dict[str, Schema]:

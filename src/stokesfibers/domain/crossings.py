@@ -3,6 +3,9 @@
 Slender body theory does not stop fibers from crossing. Between two times each node is taken to
 move straight. Two segments cross if their four ends become coplanar, that is if the volume
 ``(x_1' x x_2') . (x_1 - x_2)`` changes sign, at a time at which the segments meet.
+
+In a sheared cell images slide meanwhile, at a constant velocity. Fibers are first brought near the
+cell, each by the lattice vectors of its time, so that both move slowly.
 """
 
 from __future__ import annotations
@@ -13,9 +16,11 @@ import numpy as np
 
 from stokesfibers.core.arrays import Array, Positions
 from stokesfibers.domain.domains import AbstractDomain
-from stokesfibers.domain.neighbours import within
+from stokesfibers.domain.neighbours import near_fibers
+from stokesfibers.kernels import proximity
 
 _BISECTIONS = 60
+_ROOM = 4096  # suspects looked for at first
 
 
 @dataclass(frozen=True)
@@ -36,34 +41,69 @@ class Crossing:
 
 
 def find_crossings(
-    before: Positions, after: Positions, domain: AbstractDomain
+    before: Positions, after: Positions, domain: AbstractDomain, later: AbstractDomain | None = None
 ) -> tuple[Crossing, ...]:
     """Return the crossings between positions `before` and `after`, (fiber, node, 3) each.
 
-    One entry per pair of fibers, the earliest; ordered by time.
+    `domain` is that of the first and `later`, if another, of the second positions. One entry per
+    pair of fibers, the earliest; ordered by time.
     """
-    fibers, nodes, _ = before.shape
-    if fibers == 1 and not np.any(domain.lengths > 0.0):
+    if len(before) == 1 and not np.any(domain.lengths > 0.0):
         return ()
-    middle = 0.5 * (before[:, 1:] + before[:, :-1])
-    moved = float(np.linalg.norm(after - before, axis=-1).max())
-    spacing = float(np.linalg.norm(np.diff(before, axis=1), axis=-1).max())
-    pairs = within(middle, spacing + 2.0 * moved, domain)
-    if not pairs.first.size:
+    later = later or domain
+    before, after = brought_home(before, after, domain, later)
+    one, other, shift, slid = _suspects(before, after, domain, domain.slide_to(later))
+    if not len(shift):
         return ()
-    one, other = (np.divmod(k, nodes - 1) for k in (pairs.first, pairs.second))
-    ends = [_ends(positions, one, other, pairs.shift) for positions in (before, after)]
-    sign = [_volume(e) > 0.0 for e in ends]
-    suspect = np.flatnonzero(sign[0] != sign[1])
-    found: dict[tuple[int, int], float] = {}
-    start, stop = (e[:, suspect] for e in ends)
+    start, stop = _ends(before, one, other, shift), _ends(after, one, other, shift + slid)
     when = _coplanar(start, stop)
+    found: dict[tuple[int, int], float] = {}
     for k in np.flatnonzero(_meet(start + when[:, None] * (stop - start))):
-        key = (int(one[0][suspect[k]]), int(other[0][suspect[k]]))
+        key = (int(one[0][k]), int(other[0][k]))
         found[key] = min(found.get(key, 1.0), float(when[k]))
     return tuple(
         Crossing(*pair, fraction) for pair, fraction in sorted(found.items(), key=lambda i: i[1])
     )
+
+
+def brought_home(
+    before: Positions, after: Positions, domain: AbstractDomain, later: AbstractDomain
+) -> tuple[Positions, Positions]:
+    """Return positions moved by the same lattice vectors at both times, see `AbstractDomain`."""
+    numbers = domain.brought_home(before)
+    first = domain.lattice_vectors(numbers)
+    last = first.copy()
+    last[:, 0] += numbers[:, 1] * domain.slide_to(later)
+    return before + first[:, None], after + last[:, None]
+
+
+def _suspects(
+    before: Positions, after: Positions, domain: AbstractDomain, slide: float
+) -> tuple[tuple[Array, Array], tuple[Array, Array], Array, Array]:
+    """Return pairs of segments that turn over and may meet: fiber and segment of each, shifts.
+
+    And how far the shifts slide along x, (pair, 3).
+    """
+    before, after = np.ascontiguousarray(before), np.ascontiguousarray(after)
+    lattice = proximity.lattice(domain.lengths, domain.offset, domain.rows)
+    blocks = proximity.balls(before, after, proximity.BLOCK)
+    whole = proximity.balls(before, after, before.shape[1] - 1)[:, 0]
+    pairs = near_fibers(whole, proximity.most_slide(slide), domain)
+    if np.any(domain.lengths > 0.0):
+        own = np.repeat(np.arange(len(before)), 2).reshape(-1, 2)
+        pairs = np.concatenate([pairs, own])
+    room = _ROOM
+    while True:
+        found, shifts = np.empty((room, 4), dtype=np.intp), np.empty((room, 4))
+        count = proximity.turned_over(
+            pairs, before, after, whole, blocks, proximity.BLOCK, lattice, slide, found, shifts
+        )
+        if count <= room:
+            break
+        room = count
+    k, i, m, j = found[:count].T
+    slid = shifts[:count, 3:] * np.array([1.0, 0.0, 0.0])
+    return (k, i), (m, j), shifts[:count, :3], slid
 
 
 def _ends(positions: Positions, one: tuple, other: tuple, shift: Array) -> Array:

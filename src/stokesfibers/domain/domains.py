@@ -28,6 +28,32 @@ class AbstractDomain(abc.ABC):
         """Period along x, y, z, (3,); zero for a free direction."""
 
     @property
+    def offset(self) -> float:
+        """Displacement along x of the image one period up in y; zero unless sheared."""
+        return 0.0
+
+    @property
+    def rows(self) -> int:
+        """How many rows of images up and down in y the nearest one may lie in, beyond its own."""
+        return 0
+
+    def slide_to(self, later: AbstractDomain) -> float:  # noqa: ARG002
+        """Return how far images one period up in y move along x until the domain is `later`."""
+        return 0.0
+
+    def brought_home(self, points: Array) -> Array:
+        """Return what moves whole fibers (fiber, node, 3) near the cell, in lattice numbers.
+
+        Those of a sheared cell, (fiber, 3): there distance from the cell is velocity. In others
+        fibers stay where they are.
+        """
+        return np.zeros((len(points), 3))
+
+    def lattice_vectors(self, numbers: Array) -> Array:
+        """Return lattice vectors (..., 3) of whole `numbers` (..., 3)."""
+        return np.asarray(numbers) * self.lengths
+
+    @property
     def volume(self) -> float:
         """Volume of the cell; infinite if a direction is free."""
         return prod(self.lengths) if np.all(self.lengths > 0.0) else float("inf")

@@ -1,22 +1,26 @@
-"""Near neighbours among the nodes of all fibers, images included, by a k-d tree.
+"""Near neighbours among the nodes and segments of all fibers, images included.
 
 Two points are strangers if they lie on different fibers, or on one fiber but nearest through a
-period.
+period. A k-d tree finds near points, or near fibers whose segments are then compared.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
-from stokesfibers.core.arrays import Nodal, Points, Positions
-from stokesfibers.core.segments import segment_distances
+from stokesfibers.core.arrays import Array, Nodal, Points, Positions
 from stokesfibers.domain.domains import AbstractDomain
+from stokesfibers.kernels import proximity
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
 
 Indices = NDArray[np.intp]
+_NONE = np.empty((0, 2), dtype=np.intp)
 
 
 @dataclass(frozen=True)
@@ -36,12 +40,65 @@ class Neighbours:
     shift: Points
 
 
+@dataclass(frozen=True)
+class Closest:
+    """Where strange fibers, as polygons, come nearest.
+
+    Attributes
+    ----------
+    distance
+        Smallest distance between centrelines; infinite if there are no strangers.
+    fibers
+        The two it is between; (-1, -1) if there are no strangers.
+    gap
+        Smallest distance between surfaces; negative where they overlap. A segment is as thick as
+        its thicker end.
+    """
+
+    distance: float
+    fibers: tuple[int, int]
+    gap: float
+
+
 def _tree(points: Points, domain: AbstractDomain) -> KDTree:
+    """Return the tree of wrapped points; it takes the cell for one that is not sheared."""
+    from scipy.spatial import KDTree  # slow to import, and a single fiber needs none
+
     lengths = domain.lengths
     wrapped = domain.wrap(points)
     # a point a rounding below zero wraps onto the period itself, which the tree refuses
     wrapped = np.where((lengths > 0.0) & (wrapped >= lengths), 0.0, wrapped)
     return KDTree(wrapped, boxsize=lengths)
+
+
+def _pairs(points: Points, radius: float, domain: AbstractDomain) -> Indices:
+    """Return pairs (pair, 2), each once, first < second, with any images closer than `radius`."""
+    if not domain.rows:
+        return _tree(points, domain).query_pairs(radius, output_type="ndarray")
+    from scipy.spatial import KDTree
+
+    inside = domain.wrap(points)
+    ghosts, which = _ghosts(inside, radius, domain)
+    found = KDTree(inside).sparse_distance_matrix(KDTree(ghosts), radius, output_type="ndarray")
+    first, second = found["i"].astype(np.intp), which[found["j"]]
+    keep = first < second
+    return np.unique(np.stack([first[keep], second[keep]], axis=1), axis=0)
+
+
+def _ghosts(inside: Points, radius: float, domain: AbstractDomain) -> tuple[Points, Indices]:
+    """Return images of wrapped points within `radius` of the box of all, and whose they are."""
+    low, high = inside.min(axis=0) - radius, inside.max(axis=0) + radius
+    most = np.ceil((high - low) / domain.lengths)
+    most[0] += np.ceil(abs(domain.offset) * most[1] / domain.lengths[0])
+    steps = (np.arange(-n, n + 1) for n in most)
+    numbers = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    found = []
+    for vector in domain.lattice_vectors(numbers):
+        ghost = inside + vector
+        which = np.flatnonzero(np.all((ghost >= low) & (ghost <= high), axis=1))
+        found.append((ghost[which], which))
+    points, which = zip(*found, strict=True)
+    return np.concatenate(points), np.concatenate(which)
 
 
 def _strangers(
@@ -57,67 +114,44 @@ def within(positions: Positions, radius: float, domain: AbstractDomain) -> Neigh
     """Return all pairs of strange nodes closer than `radius`; positions (fiber, node, 3)."""
     nodes = positions.shape[1]
     points = positions.reshape(-1, 3)
-    pairs = _tree(points, domain).query_pairs(radius, output_type="ndarray")
+    pairs = _pairs(points, radius, domain)
     return _strangers(points, pairs[:, 0], pairs[:, 1], nodes=nodes, domain=domain)
 
 
-def smallest_distance(positions: Positions, domain: AbstractDomain) -> tuple[float, int, int]:
-    """Return the smallest distance between strange polygons, and the flat nodes it is at.
+def closest(positions: Positions, radii: Nodal, domain: AbstractDomain) -> Closest:
+    """Return where strange polygons come nearest; `radii` (fiber, node) are those of the nodes."""
+    x = np.ascontiguousarray(positions)
+    best, where = np.full(2, np.inf), np.full((2, 4), -1)
+    periodic = bool(np.any(domain.lengths > 0.0))
+    if len(x) > 1 or periodic:
+        thick = np.maximum(radii[:, 1:], radii[:, :-1])
+        lattice = proximity.lattice(domain.lengths, domain.offset, domain.rows)
+        blocks = proximity.balls(x, x, proximity.BLOCK)
+        whole = proximity.balls(x, x, x.shape[1] - 1)[:, 0]
 
-    Infinity and (-1, -1) if there are no strangers.
-    """
-    fibers, nodes, _ = positions.shape
-    points = positions.reshape(-1, 3)
-    if fibers == 1 and not np.any(domain.lengths > 0.0):
-        return float("inf"), -1, -1
-    tree = _tree(points, domain)
-    count = min(16, len(points))
-    while True:
-        _, index = tree.query(tree.data, k=count)
-        first = np.repeat(np.arange(len(points)), count)
-        pairs = _strangers(points, first, index.ravel(), nodes=nodes, domain=domain)
-        # own neighbours fill the list up to distances of about count / 2 spacings
-        if pairs.first.size or count == len(points):
-            break
-        count = min(4 * count, len(points))
-    if not pairs.first.size:
-        return float("inf"), -1, -1
-    gap = points[pairs.first] - points[pairs.second] + pairs.shift
-    size = np.linalg.norm(gap, axis=1)
-    near = np.argsort(size)[:8]
-    best = min(
-        (_segments(positions, pairs, k), int(pairs.first[k]), int(pairs.second[k])) for k in near
-    )
-    return best
+        def look(pairs: Indices) -> None:
+            proximity.closest(pairs, x, thick, whole, blocks, proximity.BLOCK, lattice, best, where)
+
+        own = np.repeat(np.arange(len(x)), 2).reshape(-1, 2) if periodic else _NONE
+        look(np.concatenate([_nearest(whole, domain), own]))
+        # what is nearer than that, or less apart by the surfaces
+        look(near_fibers(whole, best[1] + 2.0 * float(thick.max()), domain))
+    return Closest(float(best[0]), (int(where[0, 0]), int(where[0, 2])), float(best[1]))
 
 
-def smallest_gap(positions: Positions, radii: Nodal, domain: AbstractDomain) -> float:
-    """Return the smallest distance between surfaces of strange polygons; infinity if none.
-
-    `radii` (fiber, node) are those of the nodes.
-    """
-    distance, _, _ = smallest_distance(positions, domain)
-    if not np.isfinite(distance):
-        return distance
-    spacing = float(np.linalg.norm(np.diff(positions, axis=1), axis=-1).max())
-    pairs = within(positions, distance + 2.0 * float(radii.max()) + spacing, domain)
-    points, thick = positions.reshape(-1, 3), radii.ravel()
-    apart = np.linalg.norm(points[pairs.first] - points[pairs.second] + pairs.shift, axis=1)
-    own = thick[pairs.first] + thick[pairs.second]
-    near = np.argsort(apart - own)[:8]
-    return min(_segments(positions, pairs, k) - float(own[k]) for k in near)
+def near_fibers(whole: Array, reach: float, domain: AbstractDomain) -> Indices:
+    """Return the pairs of different fibers whose balls (fiber, 4) may be within `reach`."""
+    if len(whole) < 2:
+        return _NONE
+    away = 2.0 * float(whole[:, 3].max()) + reach
+    return _pairs(whole[:, :3], away, domain)
 
 
-def _segments(positions: Positions, pairs: Neighbours, k: int) -> float:
-    """Return the least distance among the segments that meet at the two nodes of pair k."""
-    nodes = positions.shape[1]
-    one, other = divmod(int(pairs.first[k]), nodes), divmod(int(pairs.second[k]), nodes)
-    found = np.inf
-    for i in range(max(one[1] - 1, 0), min(one[1], nodes - 2) + 1):
-        start = positions[one[0], i] + pairs.shift[k]
-        along = positions[one[0], i + 1] - positions[one[0], i]
-        low, high = max(other[1] - 1, 0), min(other[1], nodes - 2) + 1
-        starts = positions[other[0], low:high]
-        alongs = positions[other[0], low + 1 : high + 1] - starts
-        found = min(found, float(segment_distances(start, along, starts, alongs).min()))
-    return found
+def _nearest(whole: Array, domain: AbstractDomain) -> Indices:
+    """Return each fiber with one whose ball's centre is near, mostly the nearest, (fiber, 2)."""
+    if len(whole) < 2:
+        return _NONE
+    tree = _tree(whole[:, :3], domain)
+    index = np.asarray(tree.query(tree.data, k=2)[1])
+    me = np.arange(len(whole))
+    return np.stack([me, np.where(index[:, 0] == me, index[:, 1], index[:, 0])], axis=1)

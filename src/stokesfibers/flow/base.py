@@ -42,9 +42,21 @@ class AbstractFlow(abc.ABC):
     def rate_scale(self) -> float:
         """Return a rate [1/time] typical of the flow: the size of its largest gradient entry.
 
-        Zero where nothing is sheared (no flow, uniform flow). It serves advice on step sizes and
-        enters no computed motion.
+        Zero where nothing is sheared (no flow, uniform flow). It serves defaults, advice and the
+        control of steps; the equations of motion do not hold it.
         """
+
+    def strain(self, t: float) -> float:  # noqa: ARG002
+        """Return the strain from time 0 to `t` of a flow U = (rate(t) y, 0, 0): a sheared cell's.
+
+        Raises
+        ------
+        InputError
+            If the flow is no such shear.
+        """
+        raise InputError(
+            "flow", "shear or oscillatory_shear, which a sheared cell can follow", repr(self.kind)
+        )
 
 
 def as_points(x: object) -> Points:

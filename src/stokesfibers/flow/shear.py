@@ -43,6 +43,9 @@ class Shear(AbstractFlow):
     def rate_scale(self) -> float:
         return abs(self.rate)
 
+    def strain(self, t: float) -> float:
+        return self.rate * t
+
 
 @final
 @dataclass(frozen=True)
@@ -74,6 +77,10 @@ class OscillatoryShear(AbstractFlow):
 
     def rate_scale(self) -> float:
         return abs(self.amplitude)
+
+    def strain(self, t: float) -> float:
+        turn = math.pi * self.frequency
+        return self.amplitude / turn * math.sin(turn * t) ** 2
 
     def _rate(self, t: float) -> float:
         return self.amplitude * math.sin(2.0 * math.pi * self.frequency * t)

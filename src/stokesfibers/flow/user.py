@@ -102,7 +102,7 @@ class UserFlow(AbstractFlow):
             result = self._differences(flat, t)
         else:
             label = f"gradient function '{qualified_name(function)}' of flow '{self.name}'"
-            result = _evaluate(function, label, flat, t, entry=(3, 3))
+            result = evaluate(function, label, flat, t, entry=(3, 3))
         return result.reshape(*points.shape, 3)
 
     def rate_scale(self) -> float:
@@ -125,7 +125,7 @@ class UserFlow(AbstractFlow):
     def _velocities(self, points: Points, t: float) -> Points:
         function = self.velocity_function
         label = f"velocity function '{qualified_name(function)}' of flow '{self.name}'"
-        return _evaluate(function, label, points, t, entry=(3,))
+        return evaluate(function, label, points, t, entry=(3,))
 
     def _differences(self, points: Points, t: float) -> Array:
         length = self.length_scale
@@ -170,13 +170,13 @@ def load_user_flow(
         got = f"{type(error).__name__}: {error.strerror}"
         raise InputError(str(path), "a Python file that can be read", got) from error
     source = source_file(file, content)
-    module = _run_file(file, content, f"{file.stem}_{source.sha256[:12]}")
-    velocity_function = _function_of(module, str(path), velocity)
+    module = run_file(file, content, f"{file.stem}_{source.sha256[:12]}")
+    velocity_function = function_of(module, str(path), velocity)
     if velocity_function is None:
         names = sorted(n for n, v in vars(module).items() if callable(v) and n[0] != "_")
         got = f"a file with {', '.join(names) if names else 'no function'}"
         raise InputError(str(path), f"a function named '{velocity}'", got)
-    gradient_function = _function_of(module, str(path), gradient)
+    gradient_function = function_of(module, str(path), gradient)
     return UserFlow(
         velocity_function,
         gradient_function,
@@ -186,7 +186,7 @@ def load_user_flow(
     )
 
 
-def _run_file(file: Path, content: bytes, name: str) -> ModuleType:
+def run_file(file: Path, content: bytes, name: str) -> ModuleType:
     """Run source code as module `name`; compiled here, so that no stale bytecode is picked up."""
     resolved = str(file.resolve())
     module = ModuleType(name)
@@ -209,14 +209,14 @@ def _line_of(error: BaseException, filename: str) -> str:
     return f" (line {frames[-1].lineno})" if frames else ""
 
 
-def _function_of(module: ModuleType, where: str, name: str) -> PointFunction | None:
+def function_of(module: ModuleType, where: str, name: str) -> PointFunction | None:
     value = getattr(module, name, None)
     if value is not None and not callable(value):
         raise InputError(where, f"'{name}' to be a function", repr(value))
     return cast("PointFunction | None", value)
 
 
-def _evaluate(
+def evaluate(
     function: PointFunction, label: str, points: Points, t: float, *, entry: tuple[int, ...]
 ) -> Array:
     """Return the checked values of `function`, shape (n, *entry), at `points`, shape (n, 3)."""

@@ -25,13 +25,16 @@ class LoadedState:
     radii
         r(L/2) of each fiber, (fiber,).
     domain
-        Free or periodic space.
+        Free or periodic space, at that time.
+    time
+        t.
     """
 
     positions: Positions
     weights: Array
     radii: Array
     domain: AbstractDomain
+    time: float = 0.0
 
 
 class AbstractLoad(abc.ABC):
@@ -40,7 +43,7 @@ class AbstractLoad(abc.ABC):
     kind: ClassVar[str]
     citation: ClassVar[str]
     has_net_force: ClassVar[bool] = False
-    """Whether all its forces together need not vanish; then it has no place in periodic space."""
+    """Whether all its forces together need not vanish; then not all periodic domains allow it."""
 
     @abc.abstractmethod
     def density(self, state: LoadedState) -> Positions:

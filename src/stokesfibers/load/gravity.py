@@ -26,8 +26,14 @@ class Gravity(AbstractLoad):
     """A constant force per length, e.g. weight less buoyancy.
 
     A straight fiber falls without bending and without turning, at (2) with K = 0: its radius
-    r(s) = 2 eps sqrt(s (L - s)) gives it the same drag everywhere. Not for periodic domains, where
-    a net force needs a convention about the mean flow.
+    r(s) = 2 eps sqrt(s (L - s)) gives it the same drag everywhere.
+
+    In periodic domains a net force F per cell needs a convention about the mean flow. By the Ewald
+    sum: with three periodic directions the mean velocity of the whole suspension is zero and a
+    uniform pressure gradient bears F. With two, far from the fibers the fluid moves with
+    ``-|z| F / (2 mu A)`` along the planes, z the free direction and A the cell's area, symmetric
+    about the layer, and not along z, where a pressure difference bears F. With one, the velocity
+    would have no bound; it is refused.
 
     Attributes
     ----------

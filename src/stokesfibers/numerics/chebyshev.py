@@ -41,15 +41,22 @@ class ChebyshevGrid:
 
     def interpolate(self, values: Array, s: Array) -> Array:
         """Return nodal values (node, ...) at arclengths s (point,), (point, ...)."""
-        away = np.asarray(s)[:, None] - self.nodes
-        at_node = np.abs(away) <= 1e-15 * self.length
-        signs = (-1.0) ** np.arange(self.intervals + 1)
-        signs[[0, -1]] *= 0.5
-        table = signs / np.where(at_node, 1.0, away)
-        table /= table.sum(axis=1, keepdims=True)
-        hit = at_node.any(axis=1)
-        table[hit] = at_node[hit]
+        table = _table(self, np.asarray(s, dtype=float).tobytes())
         return as_float(np.tensordot(table, values, axes=1))
+
+
+@lru_cache(maxsize=32)
+def _table(grid: ChebyshevGrid, points: bytes) -> Array:
+    """Return the interpolation from the nodes to arclengths given as bytes, (point, node)."""
+    away = np.frombuffer(points)[:, None] - grid.nodes
+    at_node = np.abs(away) <= 1e-15 * grid.length
+    signs = (-1.0) ** np.arange(grid.intervals + 1)
+    signs[[0, -1]] *= 0.5
+    table = signs / np.where(at_node, 1.0, away)
+    table /= table.sum(axis=1, keepdims=True)
+    hit = at_node.any(axis=1)
+    table[hit] = at_node[hit]
+    return table
 
 
 @lru_cache(maxsize=32)

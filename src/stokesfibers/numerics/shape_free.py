@@ -16,6 +16,7 @@ left out.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -29,6 +30,7 @@ FEWEST_TERMS, MOST_TERMS = 2, 10
 _SMOOTH_ORDER = 32  # resolves tanh^20 t on a panel of unit length to rounding
 
 
+@lru_cache(maxsize=32)
 def binomials(terms: int) -> Array:
     """Return binom(-1/2, n) for n = 0 ... terms."""
     n = np.arange(1, terms + 1)

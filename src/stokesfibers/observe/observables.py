@@ -12,7 +12,8 @@ from functools import lru_cache
 import numpy as np
 
 from stokesfibers.core.arrays import Array
-from stokesfibers.domain import neighbours
+from stokesfibers.domain import Sheared
+from stokesfibers.domain.neighbours import Closest, closest
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.slender.discrete import DiscreteFiber
 from stokesfibers.slender.sampled import radii
@@ -26,14 +27,10 @@ def fiber_stress(snapshot: Snapshot) -> Array:
     with the free-end conditions: int (T x_s x_s + E x_ss x_ss) ds. It is symmetric as the
     exact stress of a torque-free fiber is, and positive along a fiber under tension.
     """
-    values = []
-    for fiber, shape, tension in zip(
-        snapshot.fibers, snapshot.shapes, snapshot.tension, strict=True
-    ):
-        tensile = np.einsum("n,in,jn->ijn", tension, shape.xs, shape.xs)
-        bending = np.einsum("in,jn->ijn", shape.xss, shape.xss)
-        values.append(tensile + fiber.rigidity * bending)
-    return snapshot.integrate(values)
+    pull = snapshot.weights * snapshot.tension
+    stiff = snapshot.weights * snapshot.rigidities[:, None]
+    tensile = np.matmul(pull[:, None] * snapshot.xs, snapshot.xs.transpose(0, 2, 1))
+    return tensile + np.matmul(stiff[:, None] * snapshot.xss, snapshot.xss.transpose(0, 2, 1))
 
 
 def fiber_stress_direct(snapshot: Snapshot) -> Array:
@@ -48,7 +45,7 @@ def fiber_stress_direct(snapshot: Snapshot) -> Array:
         assert isinstance(fiber, DiscreteFiber)
         force = fiber.elastic_force(shape, tension)
         values.append(np.einsum("in,jn->ijn", force, shape.x))
-    return snapshot.integrate(values)
+    return snapshot.integrate(np.stack(values))
 
 
 @lru_cache(maxsize=1)  # several observables of a moment are parts of it
@@ -65,15 +62,18 @@ def particle_stress(snapshot: Snapshot) -> Array:
 
 def smallest_distance(snapshot: Snapshot) -> Array:
     """Return the smallest distance between centrelines, images included."""
-    domain = snapshot.surroundings.domain
-    return np.array(neighbours.smallest_distance(snapshot.positions, domain)[0])
+    return np.array(_closest(snapshot).distance)
 
 
 def smallest_gap(snapshot: Snapshot) -> Array:
     """Return the smallest distance between surfaces, with r(s) = 2 eps sqrt(s (L - s))."""
-    domain = snapshot.surroundings.domain
+    return np.array(_closest(snapshot).gap)
+
+
+@lru_cache(maxsize=1)
+def _closest(snapshot: Snapshot) -> Closest:
     surfaces = np.stack([radii(f) for f in snapshot.fibers])
-    return np.array(neighbours.smallest_gap(snapshot.positions, surfaces, domain))
+    return closest(snapshot.positions, surfaces, snapshot.surroundings.domain)
 
 
 def first_normal_stress_difference(snapshot: Snapshot) -> Array:
@@ -100,7 +100,7 @@ def intrinsic_viscosity(snapshot: Snapshot) -> Array:
     as the stress at this moment tells. It needs no volume. Divided by 8 pi it is the
     stress in the paper's units. For steady shear only.
     """
-    cubes = sum(fiber.grid.length**3 for fiber in snapshot.fibers)
+    cubes = np.sum(snapshot.lengths**3)
     return shear_stress(snapshot) / (_background_stress(snapshot) * cubes)
 
 
@@ -123,30 +123,26 @@ def _background_stress(snapshot: Snapshot) -> float:
 
 def elastic_energy(snapshot: Snapshot) -> Array:
     """Return the elastic energy (49) of each fiber, (fiber,): int E |x_ss|^2 / 2 ds."""
-    density = [
-        0.5 * fiber.rigidity * np.sum(shape.xss**2, axis=0)
-        for fiber, shape in zip(snapshot.fibers, snapshot.shapes, strict=True)
-    ]
-    return snapshot.integrate(density)
+    return 0.5 * snapshot.rigidities * snapshot.integrate(snapshot.bend)
 
 
 def end_to_end(snapshot: Snapshot) -> Array:
     """Return x(L) - x(0), (fiber, 3)."""
-    return np.stack([shape.x[:, -1] - shape.x[:, 0] for shape in snapshot.shapes])
+    return snapshot.x[:, :, -1] - snapshot.x[:, :, 0]
 
 
 def centre(snapshot: Snapshot) -> Array:
     """Return the mean position along each fiber, (fiber, 3)."""
-    lengths = np.array([fiber.grid.length for fiber in snapshot.fibers])
-    return snapshot.integrate([shape.x for shape in snapshot.shapes]) / lengths[:, None]
+    return snapshot.integrate(snapshot.x) / snapshot.lengths[:, None]
 
 
+@lru_cache(maxsize=1)
 def orientation_tensor(snapshot: Snapshot) -> Array:
     """Return the mean over fibers of p p, p the unit end-to-end vector, (3, 3)."""
     ends = end_to_end(snapshot)
-    size = np.linalg.norm(ends, axis=1, keepdims=True)
+    size = np.sqrt(np.sum(ends**2, axis=1, keepdims=True))
     unit = ends / np.where(size > 0.0, size, 1.0)
-    return np.einsum("fi,fj->ij", unit, unit) / len(unit)
+    return unit.T @ unit / len(unit)
 
 
 def order_parameter(snapshot: Snapshot) -> Array:
@@ -160,19 +156,25 @@ def order_parameter(snapshot: Snapshot) -> Array:
 
 def length_error(snapshot: Snapshot) -> Array:
     """Return |l - L| / L of each fiber, (fiber,), with l the integral of |x_s|."""
-    found = snapshot.integrate([np.linalg.norm(s.xs, axis=0) for s in snapshot.shapes])
-    lengths = np.array([fiber.grid.length for fiber in snapshot.fibers])
-    return np.abs(found - lengths) / lengths
+    speed = np.sqrt(np.einsum("fin,fin->fn", snapshot.xs, snapshot.xs))
+    return np.abs(snapshot.integrate(speed) - snapshot.lengths) / snapshot.lengths
 
 
 def largest_curvature(snapshot: Snapshot) -> Array:
     """Return the largest |x_ss| of each fiber, (fiber,)."""
-    return np.array([np.linalg.norm(s.xss, axis=0).max() for s in snapshot.shapes])
+    return np.sqrt(snapshot.bend.max(axis=1))
 
 
 def largest_tension(snapshot: Snapshot) -> Array:
     """Return the largest |T| of each fiber, (fiber,)."""
     return np.abs(snapshot.tension).max(axis=1)
+
+
+def strain(snapshot: Snapshot) -> Array:
+    """Return how far the images of a sheared cell one period up are displaced, over that period."""
+    domain = snapshot.surroundings.domain
+    assert isinstance(domain, Sheared)
+    return np.array(domain.strain)
 
 
 def time(snapshot: Snapshot) -> Array:
@@ -220,15 +222,21 @@ IN_A_CELL: dict[str, Callable[[Snapshot], Array]] = {"particle_stress": particle
 """What only makes sense where the cell has a volume."""
 
 
+IN_A_SLIDING_CELL: dict[str, Callable[[Snapshot], Array]] = {"strain": strain}
+"""What only makes sense where images slide over each other."""
+
+
 def recorded(snapshot: Snapshot) -> dict[str, Callable[[Snapshot], Array]]:
     """Return what a run like the snapshot's records."""
     domain = snapshot.surroundings.domain
     chosen = dict(OBSERVABLES)
-    if len(snapshot.fibers) > 1 or np.any(domain.lengths > 0.0):
+    if len(snapshot.fibers) > 1 or domain.lengths.any():
         chosen |= AMONG_SEVERAL
-    finite = np.isfinite(domain.volume)
+    finite = domain.lengths.all()
     if finite:
         chosen |= IN_A_CELL
+    if isinstance(domain, Sheared):
+        chosen |= IN_A_SLIDING_CELL
     if snapshot.surroundings.background_stress is not None:
         chosen |= IN_STEADY_SHEAR | (IN_A_SHEARED_CELL if finite else {})
     return chosen

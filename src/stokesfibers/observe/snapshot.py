@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -86,22 +87,52 @@ class Snapshot:
         """Return the snapshot of what an engine shows."""
         return cls(view.time, view.fibers, view.shapes, view.tension, surroundings)
 
+    @cached_property
+    def x(self) -> Array:
+        """Positions, component first, (fiber, 3, node)."""
+        return np.stack([shape.x for shape in self.shapes])
+
+    @cached_property
+    def xs(self) -> Array:
+        """Tangents, (fiber, 3, node)."""
+        return np.stack([shape.xs for shape in self.shapes])
+
+    @cached_property
+    def xss(self) -> Array:
+        """Second derivatives, (fiber, 3, node)."""
+        return np.stack([shape.xss for shape in self.shapes])
+
+    @cached_property
+    def bend(self) -> Nodal:
+        """Curvature squared, (fiber, node)."""
+        return np.einsum("fin,fin->fn", self.xss, self.xss)
+
+    @cached_property
+    def weights(self) -> Nodal:
+        """Quadrature weights in arclength, (fiber, node)."""
+        return np.stack([f.grid.weights for f in self.fibers])
+
+    @cached_property
+    def lengths(self) -> Array:
+        """L of each fiber, (fiber,)."""
+        return np.array([f.grid.length for f in self.fibers])
+
+    @cached_property
+    def rigidities(self) -> Array:
+        """E of each fiber, (fiber,)."""
+        return np.array([f.rigidity for f in self.fibers])
+
     @property
     def positions(self) -> Positions:
         """Positions, (fiber, node, space)."""
-        return np.stack([shape.x.T for shape in self.shapes])
+        return np.ascontiguousarray(self.x.transpose(0, 2, 1))
 
     @property
     def loaded(self) -> LoadedState:
         """What the external force depends on."""
-        return LoadedState(
-            self.positions,
-            np.stack([f.grid.weights for f in self.fibers]),
-            np.array([f.eps * f.grid.length for f in self.fibers]),
-            self.surroundings.domain,
-        )
+        radii = np.array([f.eps for f in self.fibers]) * self.lengths
+        return LoadedState(self.positions, self.weights, radii, self.surroundings.domain, self.time)
 
-    def integrate(self, values: list[Array]) -> Array:
-        """Return the integrals over arclength of nodal values (..., node), one per fiber."""
-        pairs = zip(self.fibers, values, strict=True)
-        return np.stack([v @ f.grid.weights for f, v in pairs])
+    def integrate(self, values: Array) -> Array:
+        """Return the integrals over arclength of nodal values (fiber, ..., node), (fiber, ...)."""
+        return np.einsum("f...n,fn->f...", values, self.weights)

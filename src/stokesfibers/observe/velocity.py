@@ -3,7 +3,8 @@
 A single fiber in free space is integrated to the surface. With several fibers or images the sums
 of the paper's engine are used: (17), (18), far images by moments, and the blend to the centreline's
 own velocity within 2 d_0. Fibers of the high-order engine are interpolated to its grid; for the
-exact sum over images stand 100 of them on each side.
+exact sum over images stand 100 of them on each side. Where the case asks for the Ewald sum it is
+used, on modes (`observe.fast_velocity`).
 """
 
 from __future__ import annotations
@@ -15,13 +16,14 @@ import numpy as np
 from stokesfibers.core.arrays import Nodal, Points, as_float
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.parallel import Workers
+from stokesfibers.observe.fast_velocity import fast_disturbance
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.discrete import DiscreteFiber
 from stokesfibers.slender.field import disturbance
 from stokesfibers.slender.sampled import Shape
 from stokesfibers.slender.suspension import Interaction, Scene
-from stokesfibers.summation import AbstractImageSum, ExactImages, ImageSum
+from stokesfibers.summation import AbstractImageSum, ExactImages, FastImages, ImageSum
 
 _REACH = 100  # of the far images that stand for the exact sum; the rest is of its square
 
@@ -51,6 +53,9 @@ def fluid_velocity(
     if points.shape[-1:] != (3,):
         raise InputError("points", "an array of shape (..., 3)", f"shape {points.shape}")
     flat = np.ascontiguousarray(points.reshape(-1, 3))
+    if isinstance(problem.image_sum, FastImages):
+        added = -fast_disturbance(problem, snapshot, flat, Workers(threads)) / problem.drag
+        return (problem.flow.velocity(flat, snapshot.time) + added).reshape(points.shape)
     fibers, shapes, tension = _on_uniform_grids(problem, snapshot)
     interaction = Interaction.build(
         fibers,

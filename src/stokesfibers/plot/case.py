@@ -1,4 +1,4 @@
-"""What a figure needs of the case stored with a run: the cell's periods, and flow reversals."""
+"""What a figure needs of the case stored with a run: the cell, and flow reversals."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stokesfibers.core.errors import InputError
+from stokesfibers.plot import select
 from stokesfibers.plot.style import FAINT
 
 if TYPE_CHECKING:
@@ -41,6 +42,19 @@ def periods(data: xr.DataTree) -> NDArray[np.float64]:
     """Return the periods of the cell, (3,), zero in free directions. The cell starts at 0."""
     domain = stored_case(data).get("domain", {})
     return np.asarray(domain.get("periods", (0.0, 0.0, 0.0)), dtype=np.float64)
+
+
+def offset(data: xr.DataTree, time: float) -> float:
+    """Return how far images one period up in y are displaced along x at `time`, in +- Lx / 2.
+
+    Zero but in a sheared cell. Between recorded observables the strain is interpolated.
+    """
+    if not select.has(data, "observables", "strain"):
+        return 0.0
+    strain = select.numbers(data, "observables", "strain")
+    lx, ly, _ = periods(data)
+    shift = ly * float(np.interp(time, select.numbers(data, "observables", "time"), strain))
+    return shift - lx * round(shift / lx)
 
 
 def reversals(data: xr.DataTree, first: float, last: float) -> NDArray[np.float64]:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.variables import Variable
 from stokesfibers.plot import select
-from stokesfibers.plot.case import periods
-from stokesfibers.plot.geometry import curvature, wrapped
+from stokesfibers.plot.case import offset, periods
+from stokesfibers.plot.geometry import curvature, slanted, wrapped
 from stokesfibers.plot.style import FAINT, INK, PAGE, PALETTE, style
 
 if TYPE_CHECKING:
@@ -51,9 +51,9 @@ def perspective(
     """Draw all fibers at one time in perspective: x to the right, y up, with equal scales.
 
     Fibers are shown whole, each shifted by periods so that its middle node lies in the cell, which
-    starts at 0. The box is the cell in periodic directions, whose faces are shaded, and what
-    the fibers fill in free ones. Its edges are labelled with their lengths. What lies in front
-    is found for the present direction of view.
+    starts at 0 and is drawn as sheared as it is. The box is the cell in periodic directions, whose
+    faces are shaded, and what the fibers fill in free ones. Its edges are labelled with their
+    lengths. What lies in front is found for the present direction of view.
 
     Parameters
     ----------
@@ -81,8 +81,10 @@ def perspective(
     record = int(select.pick_records(data, [stored[-1] if time is None else time])[0])
     position = _positions(data, record)
     lengths = periods(data)
-    points = wrapped(position, lengths)
+    slid = offset(data, float(stored[record]))
+    points = wrapped(position, lengths, slid)
     box = _box(points, lengths)
+    slant = slid / lengths[1] if slid else 0.0
     scale = _scale(data, record, position, colour)
     if ax is None:
         ax = _new_axes_3d(box)
@@ -91,9 +93,9 @@ def perspective(
     unit = select.unit_text(select.describe(data, "trajectory", "position"))
     symbol = select.describe(data, "trajectory", "time").symbol
     with style():
-        _set_view(ax, points, box)
-        _draw_box(ax, box, lengths)
-        _label_edges(ax, box, lengths, unit)
+        _set_view(ax, points, box, slant)
+        _draw_box(ax, box, lengths, slant)
+        _label_edges(ax, box, lengths, unit=unit, slant=slant)
         _draw_fibers(ax, points, scale)
         _add_key(ax, box, scale, f"${symbol} = {stored[record]:.6g}$")
     return ax
@@ -107,10 +109,11 @@ def _positions(data: xr.DataTree, record: int) -> Floats:
     return position
 
 
-def _set_view(solid: Any, points: Floats, box: Floats) -> None:
+def _set_view(solid: Any, points: Floats, box: Floats, slant: float) -> None:
     """Show the box and whole fibers, which may reach out of it, with equal scales."""
-    low = np.minimum(box[:, 0], points.min(axis=(0, 1)))
-    high = np.maximum(box[:, 1], points.max(axis=(0, 1)))
+    corners = slanted(np.array(list(product(*box))), slant)
+    low = np.minimum(corners.min(axis=0), points.min(axis=(0, 1)))
+    high = np.maximum(corners.max(axis=0), points.max(axis=(0, 1)))
     solid.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     _fit(solid, low, high)
     solid.set_axis_off()
@@ -228,12 +231,12 @@ def _on_page(solid: Any, box: Floats) -> Floats:
     return to_axes.transform(np.stack([across, up], axis=1))
 
 
-def _draw_box(solid: Any, box: Floats, lengths: Floats) -> None:
+def _draw_box(solid: Any, box: Floats, lengths: Floats, slant: float) -> None:
     from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
     corners = np.array(list(product(*box)))
     edges = [(a, b) for a, b in combinations(corners, 2) if np.count_nonzero(a != b) == 1]
-    lines = Line3DCollection(edges, colors=FAINT, linewidths=0.5)
+    lines = Line3DCollection(slanted(np.array(edges), slant), colors=FAINT, linewidths=0.5)
     lines.set_zorder(1)
     solid.add_collection3d(lines)
     for direction in np.flatnonzero(lengths > 0.0):
@@ -243,12 +246,14 @@ def _draw_box(solid: Any, box: Floats, lengths: Floats) -> None:
             face[:, direction] = side
             face[:, first] = box[first][[0, 1, 1, 0]]
             face[:, second] = box[second][[0, 0, 1, 1]]
-            shade = Poly3DCollection([face], facecolors=INK, alpha=0.05, linewidths=0.0)
+            shade = Poly3DCollection(
+                [slanted(face, slant)], facecolors=INK, alpha=0.05, linewidths=0.0
+            )
             shade.set_zorder(1)
             solid.add_collection3d(shade)
 
 
-def _label_edges(solid: Any, box: Floats, lengths: Floats, unit: str) -> None:
+def _label_edges(solid: Any, box: Floats, lengths: Floats, *, unit: str, slant: float) -> None:
     """Write each direction and its extent beside one edge of the box."""
     span, centre = box[:, 1] - box[:, 0], box.mean(axis=1)
     gap = 0.06 * float(np.max(span))
@@ -263,7 +268,7 @@ def _label_edges(solid: Any, box: Floats, lengths: Floats, unit: str) -> None:
         word = "period" if lengths[direction] > 0.0 else "extent"
         end = ("center", "center", "left")[direction]
         text = f"${'xyz'[direction]}$, {word}\n{span[direction]:.3g}{unit}"
-        solid.text(*place, text, ha=end, va="center", fontsize=7.5)
+        solid.text(*slanted(np.array(place), slant), text, ha=end, va="center", fontsize=7.5)
 
 
 def _draw_fibers(solid: Any, points: Floats, scale: _Scale | None) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot import select
-from stokesfibers.plot.case import periods
+from stokesfibers.plot.case import offset, periods
 from stokesfibers.plot.geometry import wrapped
 
 if TYPE_CHECKING:
@@ -115,12 +115,14 @@ def plane_of(
     if not np.isfinite(whole).all():
         raise InputError("trajectory.position", "finite positions", "others in this record")
     longest = float(select.numbers(data, "trajectory", "arclength").max())
-    lines = wrapped(whole, lengths)
+    slid = offset(data, float(stored[record]))
+    lines = wrapped(whole, lengths, slid)
     box = _box(lines, lengths, longest)
     directions = _directions(axes)
     cut = float(box[directions[2]].mean()) if at is None else checks.finite("at", at)
     x, y = _grid(box[directions[:2]], count)
-    shown = _shown(lines, lengths, np.stack([box[d] for d in directions[:2]]), directions)
+    images = _images(lengths, slid)
+    shown = _shown(lines, images, np.stack([box[d] for d in directions[:2]]), directions)
     fibers = tuple(line - np.array([0.0, 0.0, cut]) for line in shown)
     return Plane(axes, cut, float(stored[record]), x, y, fibers)
 
@@ -145,12 +147,23 @@ def _grid(limits: Floats, points: int) -> tuple[Floats, Floats]:
     return x, y
 
 
-def _shown(lines: Floats, lengths: Floats, limits: Floats, directions: list[int]) -> list[Floats]:
+def _images(lengths: Floats, slid: float) -> Floats:
+    """Return the lattice vectors of the nearest images, (image, 3); sheared ones reach farther."""
+    most = [1 if d > 0.0 else 0 for d in lengths]
+    if slid:
+        most[0] = 2
+    ranges = [range(-n, n + 1) for n in most]
+    numbers = np.array(list(product(*ranges)), dtype=np.float64)
+    shifts = numbers * lengths
+    shifts[:, 0] += numbers[:, 1] * slid
+    return shifts
+
+
+def _shown(lines: Floats, images: Floats, limits: Floats, directions: list[int]) -> list[Floats]:
     """Return fibers and images whose projection may touch the view, (node, 3) each."""
-    ranges = [(-d, 0.0, d) if d > 0.0 else (0.0,) for d in lengths]
     shown = []
-    for line, shift in product(lines, product(*ranges)):
-        moved = (line + np.array(shift))[:, directions]
+    for line, shift in product(lines, images):
+        moved = (line + shift)[:, directions]
         flat = moved[:, :2]
         if np.all(flat.max(axis=0) >= limits[:, 0]) and np.all(flat.min(axis=0) <= limits[:, 1]):
             shown.append(moved)

@@ -121,7 +121,7 @@ def _python_flow(table: Table, source: Source, where: str) -> UserFlow:
         )
     file = source.folder / table["file"]
     if "sha256" in table:
-        _check_unchanged(file, table["sha256"], f"{where}.file")
+        check_unchanged(file, table["sha256"], f"{where}.file")
     names = {key: table[key] for key in ("velocity", "gradient") if key in table}
     flow = load_user_flow(file, **names, length_scale=source.length_scale)
     if "gradient" in table and flow.gradient_function is None:
@@ -129,7 +129,8 @@ def _python_flow(table: Table, source: Source, where: str) -> UserFlow:
     return flow
 
 
-def _check_unchanged(file: Path, digest: str, where: str) -> None:
+def check_unchanged(file: Path, digest: str, where: str) -> None:
+    """Refuse a file whose sha256 is not `digest`."""
     try:
         found = sha256(file.read_bytes()).hexdigest()
     except OSError as error:

@@ -9,21 +9,22 @@ from stokesfibers.constraint.coupled import TENSION_SOLVERS, AbstractTensionSolv
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import Table, as_table, build, choose, to_table
 from stokesfibers.domain import DOMAINS, AbstractDomain
-from stokesfibers.load import LOADS, AbstractLoad
+from stokesfibers.problem.flow_tables import Source
+from stokesfibers.problem.load_tables import load_from_table, load_to_table
 from stokesfibers.problem.problem import Problem
-from stokesfibers.summation import IMAGE_SUMS, AbstractImageSum, EngineImages
+from stokesfibers.summation import IMAGE_SUMS, AbstractImageSum, EngineImages, FastImages
 from stokesfibers.summation.close_approach import (
     CLOSE_APPROACHES,
     AbstractCloseApproach,
     EngineCloseApproach,
 )
 
-_SUM_KEYS = ("sum", "reach", "about")
+_SUM_KEYS = ("sum", "reach", "about", "tolerance")
 SOLVER_KEYS = ("solver", "tolerance", "most")
 
 
-def interaction_parts(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments of `Problem` that concern several fibers."""
+def interaction_parts(tables: Mapping[str, Any], source: Source) -> dict[str, Any]:
+    """Return the arguments of `Problem` that concern several fibers, and the load."""
     domain, image_sum = _domain(as_table(tables.get("domain", {}), "domain"))
     model = as_table(tables.get("model", {}), "model")
     return {
@@ -31,7 +32,9 @@ def interaction_parts(tables: Mapping[str, Any]) -> dict[str, Any]:
         "image_sum": image_sum,
         "close_approach": _close_approach(model),
         "tension_solver": _solver(as_table(tables.get("constraint", {}), "constraint")),
-        "load": _load(as_table(tables.get("load", {"kind": "none"}), "load")),
+        "load": load_from_table(
+            as_table(tables.get("load", {"kind": "none"}), "load"), source, "load"
+        ),
     }
 
 
@@ -43,22 +46,27 @@ def interaction_tables(problem: Problem) -> dict[str, Table]:
     solver["solver"] = solver.pop("kind")
     domain = to_table(problem.domain)
     return {
-        "domain": domain if domain["kind"] == "free" else domain | image_sum,
+        "domain": domain | image_sum if _needs_sum(problem) else domain,
         "model": {"close_approach": to_table(problem.close_approach)},
         "constraint": solver,
-        "load": to_table(problem.load),
+        "load": load_to_table(problem.load),
     }
+
+
+def _needs_sum(problem: Problem) -> bool:
+    return isinstance(problem.image_sum, FastImages) or problem.domain.kind != "free"
 
 
 def _domain(table: Table) -> tuple[AbstractDomain, AbstractImageSum]:
     image_table = {key: table.pop(key) for key in _SUM_KEYS if key in table}
     table.setdefault("kind", "free")
     domain = choose(DOMAINS, table, "domain")
-    if image_table and domain.kind == "free":
-        raise InputError(f"domain.{next(iter(image_table))}", "nothing in free space", "a value")
+    if domain.kind == "free" and image_table and image_table.get("sum") != FastImages.kind:
+        key, value = next(iter(image_table.items()))
+        raise InputError(f"domain.{key}", "nothing in free space, or sum = 'ewald'", repr(value))
     if not image_table:
         return domain, EngineImages()
-    name = image_table.pop("sum", "images")
+    name = image_table.pop("sum", FastImages.kind if domain.kind == "sheared" else "images")
     if name not in IMAGE_SUMS:
         raise InputError("domain.sum", f"one of {', '.join(IMAGE_SUMS)}", repr(name))
     return domain, build(IMAGE_SUMS[name], image_table, "domain")
@@ -77,7 +85,3 @@ def _solver(constraint: Table) -> AbstractTensionSolver:
     if name not in TENSION_SOLVERS:
         raise InputError("constraint.solver", f"one of {', '.join(TENSION_SOLVERS)}", repr(name))
     return build(TENSION_SOLVERS[name], table, "constraint")
-
-
-def _load(table: Table) -> AbstractLoad:
-    return choose(LOADS, table, "load")

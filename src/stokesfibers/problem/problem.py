@@ -9,12 +9,13 @@ from stokesfibers.constraint.coupled import AbstractTensionSolver, FixedPoint
 from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError
 from stokesfibers.domain import AbstractDomain, Free
+from stokesfibers.domain.sheared import Sheared
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.flow import AbstractFlow, NoFlow
 from stokesfibers.load import AbstractLoad, NoLoad
 from stokesfibers.problem.engine import PaperEngine, SpectralEngine
 from stokesfibers.slender.mobility import AbstractMobility, NonLocal
-from stokesfibers.summation import AbstractImageSum, EngineImages, ExactImages
+from stokesfibers.summation import AbstractImageSum, EngineImages, ExactImages, FastImages
 from stokesfibers.summation.close_approach import AbstractCloseApproach, EngineCloseApproach
 
 _NET_FORCE = (
@@ -24,12 +25,13 @@ _NET_FORCE = (
         "A row of forces drags the fluid along like an endless cylinder: faster the longer it is.",
     ),
     (
-        "forces that add up to zero in two or three periodic directions, or domain.kind = 'free'",
-        "a net force, whose counterweight is not stated",
-        "Its images can be summed only with a stated mean flow and by Ewald sums, not offered yet.",
+        "the Ewald sum, domain.sum = 'ewald', for a net force in two or three directions",
+        "a sum over images that converges only where forces add up to zero",
+        "Take engine = 'spectral' and sum = 'ewald', which states what balances the force.",
     ),
 )
-"""Why a net force is refused in periodic space: with one periodic direction, with more."""
+"""Why a net force is refused in periodic space: with one periodic direction; with more, where it
+is not the Ewald sum that is asked for."""
 
 
 @dataclass(frozen=True)
@@ -86,16 +88,29 @@ class Problem:
         if not kinds or not all(isinstance(kind, Fiber) for kind in kinds):
             raise InputError("fiber", "a Fiber or a tuple of Fibers", self.fiber)
         directions = int((self.domain.lengths > 0.0).sum())
-        if isinstance(self.image_sum, EngineImages) or not directions:
-            object.__setattr__(self, "image_sum", self.engine.image_sum())
+        fast = isinstance(self.image_sum, FastImages)
+        if isinstance(self.image_sum, EngineImages) or not (directions or fast):
+            chosen_sum = self.engine.image_sum()
+            if directions > chosen_sum.most_directions and isinstance(self.engine, SpectralEngine):
+                chosen_sum = FastImages()
+            object.__setattr__(self, "image_sum", chosen_sum)
         if isinstance(self.close_approach, EngineCloseApproach):
             object.__setattr__(self, "close_approach", self.engine.close_approach())
-        if isinstance(self.image_sum, ExactImages) and isinstance(self.engine, PaperEngine):
+        if isinstance(self.engine, PaperEngine) and (
+            fast or isinstance(self.image_sum, ExactImages)
+        ):
             raise InputError(
-                "domain.sum", "'images' or 'truncated' with the paper's engine", repr("exact")
+                "domain.sum",
+                "'images' or 'truncated' with the paper's engine",
+                repr(self.image_sum.kind),
+                "Take engine = 'spectral'.",
             )
-        if self.load.has_net_force and directions:
-            raise InputError("load", *_NET_FORCE[directions > 1])
+        if isinstance(self.domain, Sheared):
+            _check_sheared(self)
+        several = directions > 1
+        balanced = several and isinstance(self.image_sum, FastImages)
+        if self.load.has_net_force and directions and not balanced:
+            raise InputError("load", *_NET_FORCE[several])
         if directions > self.image_sum.most_directions:
             raise InputError(
                 "domain.sum",
@@ -129,6 +144,12 @@ class Problem:
         """The kind of each fiber, in order of their numbers."""
         return tuple(kind for kind in self.kinds for _ in range(kind.count))
 
+    def domain_at(self, t: float) -> AbstractDomain:
+        """Return the domain at time t; a sheared cell follows the flow."""
+        if isinstance(self.domain, Sheared):
+            return self.domain.at(self.domain.strain + self.flow.strain(t))
+        return self.domain
+
     @property
     def drag(self) -> float:
         """8 pi mu, in units of force time / length^2."""
@@ -137,3 +158,22 @@ class Problem:
         first = self.fibers[0]
         assert self.mu_bar is not None
         return self.mu_bar * first.rigidity / first.length**4
+
+
+def _check_sheared(problem: Problem) -> None:
+    """Refuse what cannot go on in a sheared cell."""
+    if isinstance(problem.engine, PaperEngine):
+        raise InputError(
+            "domain.kind",
+            "'free' or 'periodic' with the paper's engine",
+            "'sheared'",
+            "Its sum over images knows no sliding ones. Take engine = 'spectral'.",
+        )
+    if not isinstance(problem.image_sum, FastImages):
+        raise InputError(
+            "domain.sum",
+            "'ewald' in a sheared cell",
+            repr(problem.image_sum.kind),
+            "Leave domain.sum out; the other sums know no sliding images.",
+        )
+    problem.flow.strain(0.0)  # refuses flows that it cannot follow

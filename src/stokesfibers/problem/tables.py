@@ -48,7 +48,7 @@ def problem_from_tables(
     folder
         Folder that relative paths start from.
     allow_python
-        Whether a flow of kind ``"python"`` may run the user's file.
+        Whether a flow or a load of kind ``"python"`` may run the user's file.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def problem_from_tables(
         "fiber": fibers,
         "flow": flow,
         "mobility": _mobility(as_table(tables.get("model", {}), "model")),
-        **interaction_parts(tables),
+        **interaction_parts(tables, source),
     }
     try:
         return Problem(**parts, engine=_engine(tables), **fluid)

@@ -13,7 +13,7 @@ import numpy as np
 from stokesfibers.constraint.coupled import TensionError
 from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
-from stokesfibers.domain.crossings import Crossing, find_crossings
+from stokesfibers.domain.crossings import Crossing, brought_home, find_crossings
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.run.events import Event, Watchman
 from stokesfibers.run.interrupt import Wish
@@ -142,29 +142,34 @@ def _advance(
 
 def _crossings(stepper: AbstractStepper[C], carry: C, ahead: C) -> tuple[Crossing, ...]:
     """Return the crossings of a step; a long one is looked at in parts, where it is known."""
-    domain = stepper.problem.domain
-    if len(stepper.problem.fibers) == 1 and not domain.lengths.any():
+    problem = stepper.problem
+    if len(problem.fibers) == 1 and not problem.domain.lengths.any():
         return ()
     first, last = stepper.time(carry), stepper.time(ahead)
     after, parts = stepper.view(ahead, last).positions, 1
     # where it is known between steps, at the nodes of the step's end, which may be more
     before = stepper.view(ahead if stepper.dense else carry, first).positions
     if stepper.dense:
-        moved = np.linalg.norm(after - before, axis=-1).max(axis=1)
-        lengths = np.array([kind.length for kind in stepper.problem.fibers])
+        domains = problem.domain_at(first), problem.domain_at(last)
+        near, ahead_of_it = brought_home(before, after, *domains)
+        moved = np.linalg.norm(ahead_of_it - near, axis=-1).max(axis=1)
+        moved = moved + abs(domains[0].slide_to(domains[1]))
+        lengths = np.array([kind.length for kind in problem.fibers])
         parts = ceil(float(np.max(moved / lengths)) / _PART_OF_A_STEP)
     if parts <= 1:
-        return find_crossings(before, after, domain)
+        return find_crossings(before, after, problem.domain_at(first), problem.domain_at(last))
     found: list[Crossing] = []
+    since = first
     for part in range(1, parts + 1):
-        middle = after
+        middle, then = after, first + (last - first) * part / parts
         if part < parts:
-            middle = stepper.view(ahead, first + (last - first) * part / parts).positions
+            middle = stepper.view(ahead, then).positions
+        domains = problem.domain_at(since), problem.domain_at(then)
         found += [
             replace(c, fraction=(part - 1 + c.fraction) / parts)
-            for c in find_crossings(before, middle, domain)
+            for c in find_crossings(before, middle, *domains)
         ]
-        before = middle
+        before, since = middle, then
     return tuple(found)
 
 
@@ -217,9 +222,10 @@ def _tension_failed(now: float, fault: TensionError) -> Status:
 
 
 def _flow_failed(now: float, fault: InputError) -> Status:
+    what = "load" if fault.where.startswith("density function") else "background flow"
     return Status(
         "failed",
         now,
-        f"The background flow cannot be used in the next step. {fault} What came before is kept",
+        f"The {what} cannot be used in the next step. {fault} What came before is kept",
         "Mend the function and start a new run",
     )

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from stokesfibers.io.layout import ArrayLayout
 from stokesfibers.run.layout import Records
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _SPACE = ("x", "y", "z")
 
@@ -51,6 +53,8 @@ class MemorySink:
 
     def tree(self) -> xr.DataTree:
         """Return everything recorded so far."""
+        import xarray as xr  # slow to import, and a run with a store does not need it
+
         groups: dict[str, dict[str, xr.Variable]] = {}
         for key, array in self._layout.items():
             group, name = key.split("/")

@@ -69,10 +69,13 @@ def every(
 
 
 def due_times(interval: float, before: float, now: float) -> list[float]:
-    """Return the multiples of `interval` in (before, now], to rounding."""
+    """Return the multiples of `interval` in (before, now], to rounding.
+
+    One that is a rounding behind `now` counts as it is: another end of the run must not change it.
+    """
     first = floor(before / interval + _ROUNDING) + 1
     last = floor(now / interval + _ROUNDING)
-    return [min(k * interval, now) for k in range(first, last + 1)]
+    return [k * interval for k in range(first, last + 1)]
 
 
 def is_due(interval: float, before: float, now: float) -> bool:

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from threadpoolctl import threadpool_limits
 
 from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
 from stokesfibers.core.tables import Table, build, choose, to_table
+from stokesfibers.core.team import ALONE, AbstractTeam
 from stokesfibers.fiber.initials import INITIALS
 from stokesfibers.fiber.parameters import RADIUS_PROFILE
 from stokesfibers.io.checkpoint import Checkpoint
@@ -39,6 +40,9 @@ from stokesfibers.run.start import Initial, first_carry, nodal_positions
 from stokesfibers.stepping.base import AbstractStepper, C
 from stokesfibers.stepping.engines import stepper_of
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 OUTPUT_POINTS = 101
 """Output points per fiber where neither the case nor the engine's nodes say how many."""
 
@@ -49,21 +53,28 @@ class Result:
 
     Attributes
     ----------
-    data
-        Everything recorded, as described in the interface: ``trajectory``, ``observables``,
-        ``numerics``.
     status
         How it ended.
     problem
         What was solved.
     path
         The store, if the run has one.
+    opened
+        Returns `data`.
     """
 
-    data: xr.DataTree
     status: Status
     problem: Problem
     path: Path | None = None
+    opened: Callable[[], xr.DataTree] = field(kw_only=True, repr=False)
+
+    @cached_property
+    def data(self) -> xr.DataTree:
+        """Everything recorded, as in the interface: ``trajectory``, ``observables``, ``numerics``.
+
+        A store is opened when this is first asked for.
+        """
+        return self.opened()
 
 
 def simulate(
@@ -78,6 +89,7 @@ def simulate(
     watch: Watch | None = None,
     stop: tuple[Event, ...] = (),
     threads: int | None = None,
+    team: AbstractTeam = ALONE,
 ) -> Result:
     """Run `problem` from time 0 to `until`.
 
@@ -97,8 +109,8 @@ def simulate(
         Tables to store as the resolved case; by default those of `problem`.
     watch, stop
         Called after each step; conditions that end the run, `StopWhen` or functions of a snapshot.
-    threads
-        Threads that fibers are spread over, None for all cores; results do not depend on it.
+    threads, team
+        Threads, None for all cores, and ranks (this is 0, the others `assist`). Neither matters.
 
     Returns
     -------
@@ -112,9 +124,8 @@ def simulate(
     """
     checks.positive("until", until)
     with reproducible(), stop_on_signal() as wish:
-        stepper = stepper_of(problem, threads)
-        record = resolved(record, stepper)
-        carry = first_carry(stepper, initial)
+        stepper = stepper_of(problem, threads, team)
+        record, carry = resolved(record, stepper), first_carry(stepper, initial)
         arrays = layout(_first_look(stepper, carry, stop), OutputPoints(record.points))
         attributes = _attributes(problem, until, record, case, stop=stop)
         goal = Goal(until, wish, watch, stop)
@@ -122,10 +133,10 @@ def simulate(
         if out is None:
             memory = MemorySink(arrays, attributes, labels)
             status = _begin(memory, record, stepper, carry, goal=goal)
-            return Result(memory.tree(), status, problem)
+            return Result(status, problem, opened=memory.tree().copy)
         with RunStore.create(path, arrays, attributes, labels=labels, overwrite=overwrite) as store:
             status = _begin(store, record, stepper, carry, goal=goal)
-        return Result(open_run(path), status, problem, path)
+        return _stored(status, problem, path)
 
 
 def resume(
@@ -137,6 +148,7 @@ def resume(
     watch: Watch | None = None,
     stop: tuple[Event, ...] = (),
     threads: int | None = None,
+    team: AbstractTeam = ALONE,
 ) -> Result:
     """Continue a stored run from its last checkpoint; the result is bitwise that of no stop.
 
@@ -152,8 +164,8 @@ def resume(
         Whether a flow from a user's file may run.
     watch, stop
         Called after each step; conditions that end the run, beside those stored with it.
-    threads
-        Threads that fibers are spread over, None for all cores; results do not depend on it.
+    threads, team
+        Threads, None for all cores, and ranks (this is 0, the others `assist`). Neither matters.
 
     Raises
     ------
@@ -168,26 +180,29 @@ def resume(
         end = float(case["stepping"]["until"]) if until is None else checks.positive("until", until)
         if problem is None:
             problem = problem_from_tables(case, allow_python=allow_python)
-        stepper = stepper_of(problem, threads)
+        stepper = stepper_of(problem, threads, team)
         checkpoint = store.checkpoint()
-        now = 0.0 if checkpoint is None else float(checkpoint.meta["recorded"])
+        now, carry = 0.0, None
+        if checkpoint is not None:
+            now, carry = float(checkpoint.meta["recorded"]), _continued(store, stepper, checkpoint)
         if until is not None and end < now * (1.0 - 1e-9):
             raise InputError("until", f"a time after t = {now:g}, where the run is", end)
-        if checkpoint is None:
-            carry = _restarted(store, stepper, case)
-        else:
-            carry = _continued(store, stepper, checkpoint)
+        carry = carry or _restarted(store, stepper, case)
         if end > now:
             _note_resumption(store, case, end, now)
         recorder = Recorder(store, stepper, Schedule(**case["record"]), recorded=now)
         recorder.recall(store.attributes.get("crossings", "[]"), until=now)
         if checkpoint is not None:
             recorder.spatial_error = float(checkpoint.meta["spatial_error"])
-        fresh = not store.lengths["observables"]
         held = tuple(build(StopWhen, table, "stop") for table in case.get("stop", []))
         goal = Goal(end, wish, watch, (*held, *stop))
+        fresh = not store.lengths["observables"]
         status = advance(recorder, stepper, carry, goal, fresh=fresh)
-    return Result(open_run(where), status, problem, where)
+    return _stored(status, problem, where)
+
+
+def _stored(status: Status, problem: Problem, path: Path) -> Result:
+    return Result(status, problem, path, opened=partial(open_run, path.absolute()))
 
 
 def stored_case(store: RunStore) -> Table:

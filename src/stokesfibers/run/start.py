@@ -7,7 +7,7 @@ import numpy as np
 from stokesfibers.constraint.coupled import TensionError
 from stokesfibers.core.arrays import Positions
 from stokesfibers.core.errors import InputError
-from stokesfibers.domain.neighbours import smallest_distance, smallest_gap
+from stokesfibers.domain.neighbours import closest
 from stokesfibers.fiber.curves import Curve
 from stokesfibers.fiber.initial import given
 from stokesfibers.problem.problem import Problem
@@ -77,14 +77,13 @@ def _refuse_overlap(positions: Positions, problem: Problem) -> None:
             for sigma in [np.linspace(0.0, 1.0, positions.shape[1])]
         ]
     )
-    gap = smallest_gap(positions, radii, problem.domain)
-    if gap > 0.0:
+    found = closest(positions, radii, problem.domain_at(0.0))
+    if found.gap > 0.0:
         return
-    distance, first, second = smallest_distance(positions, problem.domain)
-    one, other = sorted((first // positions.shape[1], second // positions.shape[1]))
+    one, other = sorted(found.fibers)
     raise InputError(
         "initial",
         "fibers whose surfaces do not overlap",
-        f"fibers {one} and {other} at a centreline distance of {distance:.3g}",
+        f"fibers {one} and {other} at a centreline distance of {found.distance:.3g}",
         "Move them apart, or place them with kind = 'suspension' and a least_gap.",
     )

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from stokesfibers.core.arrays import Points
 from stokesfibers.core.errors import InputError
@@ -15,6 +15,9 @@ from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import problem_from_tables
 from stokesfibers.run.moment import surroundings
 from stokesfibers.slender.discrete import DiscreteFiber
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def snapshot_of(data: xr.DataTree, problem: Problem, time: float) -> Snapshot:
@@ -48,7 +51,7 @@ def snapshot_of(data: xr.DataTree, problem: Problem, time: float) -> Snapshot:
         fibers,
         positions,
         tension,
-        surroundings=surroundings(problem),
+        surroundings=surroundings(problem, float(times[record])),
     )
 
 

@@ -8,10 +8,14 @@ import pytest
 from stokesfibers.core.errors import InputError
 from stokesfibers.domain import Free, Periodic
 from stokesfibers.domain.crossings import find_crossings
-from stokesfibers.domain.neighbours import smallest_distance, within
+from stokesfibers.domain.neighbours import closest, within
 from support import assert_close
 
 S = np.linspace(-0.5, 0.5, 21)
+
+
+def _distance(positions, domain):
+    return closest(positions, np.zeros(positions.shape[:2]), domain).distance
 
 
 def _cross(height, shift=(0.0, 0.0, 0.0)):
@@ -68,13 +72,13 @@ def test_smallest_distance_equals_brute_force(periods):
         for m in range(k):
             apart = domain.nearest_image(dense[k][:, None] - dense[m][None])
             best = min(best, np.linalg.norm(apart, axis=-1).min())
-    assert_close(smallest_distance(positions, domain)[0], best, atol=1e-4)
+    assert_close(_distance(positions, domain), best, atol=1e-4)
 
 
 def test_a_fiber_meets_its_own_image():
     positions = np.stack([S, 0 * S, 0 * S], axis=-1)[None]
-    assert smallest_distance(positions, Free())[0] == np.inf
-    assert_close(smallest_distance(positions, Periodic((1.2, 0.0, 0.0)))[0], 0.2, rtol=1e-12)
+    assert _distance(positions, Free()) == np.inf
+    assert_close(_distance(positions, Periodic((1.2, 0.0, 0.0))), 0.2, rtol=1e-12)
 
 
 def test_pairs_within_a_radius_leave_out_the_own_fiber():
