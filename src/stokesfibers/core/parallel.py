@@ -6,9 +6,10 @@ execution cannot change a bit. Kernels and LAPACK release the GIL.
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 
 from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError
@@ -39,7 +40,7 @@ class Workers:
             raise InputError("threads", f"at most {cores}, the cores of this machine", threads)
         self.threads = threads or max(1, cores // team.neighbours)
         self.team = team
-        self._pool = ThreadPoolExecutor(self.threads) if self.threads > 1 else None
+        self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
 
     @property
     def alone(self) -> Workers:
@@ -48,14 +49,20 @@ class Workers:
 
     def for_each(self, count: int, task: Task, *, block: int = 1) -> None:
         """Call ``task(0) ... task(count - 1)``, in any order; `block` of them go to one thread."""
-        if self._pool is None or count <= block:
-            for k in range(count):
-                task(k)
-            return
+        numbers = itertools.count(0, block)
 
-        def some(first: int) -> None:
-            for k in range(first, min(first + block, count)):
-                task(k)
+        def pull() -> None:
+            while (first := next(numbers)) < count:
+                for k in range(first, min(first + block, count)):
+                    task(k)
 
-        for done in [self._pool.submit(some, first) for first in range(0, count, block)]:
-            done.result()
+        # this thread works too: waking the others costs as much as a small task
+        parts = -(-count // block)
+        pool, others = self._pool, min(self.threads, parts) - 1
+        helpers = [pool.submit(pull) for _ in range(others)] if pool is not None else []
+        try:
+            pull()
+        finally:
+            wait(helpers)
+        for helper in helpers:
+            helper.result()
