@@ -10,7 +10,7 @@ import sys
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from types import ModuleType
 from typing import Any, ClassVar, cast, final
@@ -163,14 +163,7 @@ def load_user_flow(
     InputError
         If the file cannot be read, does not import, or lacks the velocity function.
     """
-    file = Path(fspath(path))
-    try:
-        content = file.read_bytes()
-    except OSError as error:
-        got = f"{type(error).__name__}: {error.strerror}"
-        raise InputError(str(path), "a Python file that can be read", got) from error
-    source = source_file(file, content)
-    module = run_file(file, content, f"{file.stem}_{source.sha256[:12]}")
+    module, source = loaded_file(path)
     velocity_function = function_of(module, str(path), velocity)
     if velocity_function is None:
         names = sorted(n for n, v in vars(module).items() if callable(v) and n[0] != "_")
@@ -180,13 +173,31 @@ def load_user_flow(
     return UserFlow(
         velocity_function,
         gradient_function,
-        name=file.stem,
+        name=Path(path).stem,
         length_scale=length_scale,
         sources=(source,),
     )
 
 
-def run_file(file: Path, content: bytes, name: str) -> ModuleType:
+def loaded_file(path: str | PathLike[str]) -> tuple[ModuleType, SourceFile]:
+    """Run a user's file; return its module and what it was made of.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or does not import.
+    """
+    file = Path(path)
+    try:
+        content = file.read_bytes()
+    except OSError as error:
+        got = f"{type(error).__name__}: {error.strerror}"
+        raise InputError(str(path), "a Python file that can be read", got) from error
+    source = source_file(file, content)
+    return _run_file(file, content, f"{file.stem}_{source.sha256[:12]}"), source
+
+
+def _run_file(file: Path, content: bytes, name: str) -> ModuleType:
     """Run source code as module `name`; compiled here, so that no stale bytecode is picked up."""
     resolved = str(file.resolve())
     module = ModuleType(name)

@@ -239,6 +239,29 @@ def _fill_row(p, x, series, sigma, settings, rules, scratch, row, blend):
             blend[k] = (1.0 - w) * newer
 
 
+@njit(**_PART)
+def _scratch(n, terms, most):
+    """Return the working memory of `_fill_row`."""
+    return (
+        np.empty(n),
+        np.empty(n),
+        np.empty(n),
+        np.empty(n),
+        np.empty((7, most)),
+        np.empty((terms, most)),
+        np.empty((3, 3)),
+    )
+
+
+@njit(**_PART)
+def _least_square(p, x):
+    """Return the smallest squared distance of p from the nodes x (3, N)."""
+    least = np.inf
+    for j in range(x.shape[1]):
+        least = min(least, _square(p, x, j))
+    return least
+
+
 @njit(**_OPTIONS)
 def near_rows(points, own, shift, near_shifts, sources, close, rules):
     """Return which sources are near which targets, and their rows.
@@ -285,23 +308,11 @@ def near_rows(points, own, shift, near_shifts, sources, close, rules):
             for i in range(points.shape[1]):
                 for d in range(3):
                     p[d] = points[d, i] + a[d]
-                least = np.inf
-                for j in range(n):
-                    least = min(least, _square(p, x[k], j))
-                if least < reach[k] * reach[k]:
+                if _least_square(p, x[k]) < reach[k] ** 2:
                     number[k, q, i] = total
                     total += 1
     rows, blends = np.empty((total, 6, n)), np.empty((total, n))
-    most = rules[0].shape[1]
-    scratch = (
-        np.empty(n),
-        np.empty(n),
-        np.empty(n),
-        np.empty(n),
-        np.empty((7, most)),
-        np.empty((series.shape[2], most)),
-        np.empty((3, 3)),
-    )
+    scratch = _scratch(n, series.shape[2], rules[0].shape[1])
     for k in range(count):
         settings = (lengths[k], doublets[k], reach[k], d0[k], smooth, digits)
         for q in range(near_shifts.shape[0]):
@@ -423,22 +434,10 @@ def corrections(bodies, points, near, sources, plain, close, rules):
             for i in range(count):
                 for d in range(3):
                     p[d] = points[b, d, i] + shift[c, d]
-                least = np.inf
-                for j in range(n):
-                    least = min(least, _square(p, x[listed[c]], j))
-                total += least < reach[listed[c]] ** 2
+                total += _least_square(p, x[listed[c]]) < reach[listed[c]] ** 2
     target, source = np.empty(total, np.int64), np.empty(total, np.int64)
     rows, blends = np.empty((total, 6, n)), np.empty((total, n))
-    most = rules[0].shape[1]
-    scratch = (
-        np.empty(n),
-        np.empty(n),
-        np.empty(n),
-        np.empty(n),
-        np.empty((7, most)),
-        np.empty((series.shape[2], most)),
-        np.empty((3, 3)),
-    )
+    scratch = _scratch(n, series.shape[2], rules[0].shape[1])
     r = 0
     for b in range(first, last):
         for c in range(start[b], start[b + 1]):
@@ -447,10 +446,7 @@ def corrections(bodies, points, near, sources, plain, close, rules):
             for i in range(count):
                 for d in range(3):
                     p[d] = points[b, d, i] + shift[c, d]
-                least = np.inf
-                for j in range(n):
-                    least = min(least, _square(p, x[k], j))
-                if least < reach[k] ** 2:
+                if _least_square(p, x[k]) < reach[k] ** 2:
                     target[r], source[r] = b * count + i, k
                     _fill_row(
                         p, x[k], series[k], sigma, settings, rules, scratch, rows[r], blends[r]

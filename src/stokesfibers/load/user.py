@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import Any, ClassVar, final
 
@@ -18,8 +18,8 @@ import numpy as np
 from stokesfibers.core.arrays import Array, Points, Positions
 from stokesfibers.core.errors import InputError
 from stokesfibers.flow.base import qualified_name
-from stokesfibers.flow.source import SourceFile, source_file, sources_of
-from stokesfibers.flow.user import evaluate, function_of, run_file
+from stokesfibers.flow.source import SourceFile, sources_of
+from stokesfibers.flow.user import evaluate, function_of, loaded_file
 from stokesfibers.load.base import AbstractLoad, LoadedState
 
 DensityFunction = Callable[[Points, float], Any]
@@ -93,15 +93,8 @@ def load_user_load(path: str | PathLike[str], density: str = "density") -> UserL
     InputError
         If the file cannot be read, does not import, or lacks the function.
     """
-    file = Path(fspath(path))
-    try:
-        content = file.read_bytes()
-    except OSError as error:
-        got = f"{type(error).__name__}: {error.strerror}"
-        raise InputError(str(path), "a Python file that can be read", got) from error
-    source = source_file(file, content)
-    module = run_file(file, content, f"{file.stem}_{source.sha256[:12]}")
+    module, source = loaded_file(path)
     function = function_of(module, str(path), density)
     if function is None:
         raise InputError(str(path), f"a function named '{density}'", "a file without it")
-    return UserLoad(function, file.stem, function_name=density, sources=(source,))
+    return UserLoad(function, Path(path).stem, function_name=density, sources=(source,))
