@@ -335,7 +335,7 @@ def test_the_decay_of_modes_tells_the_error_and_the_nodes_needed():
     for nodes in (16, 24, 32):
         fiber = _fiber(nodes)
         first = fiber.resolution(fiber.fit(_start))
-        wanted = first.nodes_for(0.01 * first.error)
+        wanted = int(first.nodes_for(0.01 * first.error))
         assert nodes + 4 <= wanted <= 2 * nodes
         better = _fiber(wanted).resolution(_fiber(wanted).fit(_start))
         assert 1e-5 * first.error < better.error < 0.05 * first.error

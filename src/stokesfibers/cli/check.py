@@ -135,9 +135,13 @@ def _cost_rows(case: Case) -> Iterator[Row]:
         except (np.linalg.LinAlgError, StepError, TensionError):
             yield "time", "unknown: the first step has no solution"
         else:
-            count = plural(cost.steps, "step")
-            yield "time", f"about {duration(cost.seconds)} on one core"
-            yield "", f"{count} of {duration(cost.step_seconds)}, measured here"
+            each = duration(cost.step_seconds)
+            if cost.settled:
+                yield "time", f"about {duration(cost.seconds)} on one core"
+                yield "", f"{plural(cost.steps, 'step')} of {each}, measured here"
+            else:
+                yield "time", f"steps of {each}, measured here"
+                yield "", "how many cannot be told: they still grow from the start's short ones"
             yield "store", f"about {size(cost.store_bytes)}"
             yield "", f"{cost.positions} records of positions, {cost.observables} of observables"
     yield "memory", f"about {size(memory_bytes(case.problem))} beside Python's own 240 MB"

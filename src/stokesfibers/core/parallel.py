@@ -49,6 +49,12 @@ class Workers:
 
     def for_each(self, count: int, task: Task, *, block: int = 1) -> None:
         """Call ``task(0) ... task(count - 1)``, in any order; `block` of them go to one thread."""
+        parts = -(-count // block)
+        pool, others = self._pool, min(self.threads, parts) - 1
+        if pool is None or others < 1:  # a single small task is done before a thread wakes
+            for k in range(count):
+                task(k)
+            return
         numbers = itertools.count(0, block)
 
         def pull() -> None:
@@ -57,9 +63,7 @@ class Workers:
                     task(k)
 
         # this thread works too: waking the others costs as much as a small task
-        parts = -(-count // block)
-        pool, others = self._pool, min(self.threads, parts) - 1
-        helpers = [pool.submit(pull) for _ in range(others)] if pool is not None else []
+        helpers = [pool.submit(pull) for _ in range(others)]
         try:
             pull()
         finally:

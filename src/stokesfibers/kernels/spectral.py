@@ -239,17 +239,10 @@ def resisted_force(mobility, force):
     return out
 
 
-@njit(**_OPTIONS)
-def step_norms(weights, scales, history, fresh, tables):
-    """Return the largest shift and bend of differences from predictions, and of `fresh` itself.
-
-    Row r of the result is for ``scales[r] (fresh - sum_j weights[r, j] history[j])``, the last row
-    for `fresh`. The bend is the shift without its rigid modes 0 and 1: rounding shows least in it.
-    """
+@njit(**_PART)
+def _norms(weights, scales, history, fresh, transposed, work, out):
     rows, depth = weights.shape
     n = fresh.shape[1]
-    out = np.zeros((rows + 1, 2))
-    work = np.empty((3, n))
     for r in range(rows + 1):
         for p in range(3):
             for k in range(n):
@@ -260,11 +253,25 @@ def step_norms(weights, scales, history, fresh, tables):
                     value *= scales[r]
                 work[p, k] = value
         for c in range(2):
-            values = np.dot(work, tables[0].T)
+            values = np.dot(work, transposed)
             largest = 0.0
             for i in range(n):
                 size = values[0, i] ** 2 + values[1, i] ** 2 + values[2, i] ** 2
                 largest = max(largest, size)
             out[r, c] = np.sqrt(largest)
             work[:, :2] = 0.0
+
+
+@njit(**_OPTIONS)
+def step_norms(weights, scales, history, fresh, table):
+    """Return the largest shift and bend of differences from predictions, and of `fresh` itself.
+
+    For each fiber, row r of the result (fiber, row, 2) is for ``scales[r] (fresh - sum_j weights[r,
+    j] history[j])``, the last row for `fresh`. The bend is the shift without its rigid modes 0 and
+    1: rounding shows least in it. `table` (N, N) holds the position modes at the nodes.
+    """
+    out = np.empty((fresh.shape[0], weights.shape[0] + 1, 2))
+    work, transposed = np.empty(fresh.shape[1:]), np.ascontiguousarray(table.T)
+    for k in range(fresh.shape[0]):
+        _norms(weights, scales, history[k], fresh[k], transposed, work, out[k])
     return out

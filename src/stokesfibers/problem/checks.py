@@ -12,7 +12,7 @@ import numpy as np
 
 from stokesfibers.core.arrays import Positions
 from stokesfibers.problem.doubt import Doubt, Plan
-from stokesfibers.problem.engine import PaperEngine
+from stokesfibers.problem.engine import PaperEngine, SpectralEngine
 from stokesfibers.problem.engine_checks import engine_doubts
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.mobility import NonLocal
@@ -66,18 +66,21 @@ def bent_without_regularization(problem: Problem, plan: Plan) -> Iterator[Doubt]
 def large_memory(problem: Problem) -> Iterator[Doubt]:
     """Doubt a grid whose matrices do not fit this machine."""
     need, have = memory_bytes(problem), _physical_memory()
+    grid = "intervals" if isinstance(problem.engine, PaperEngine) else "nodes"
     if have is not None and need > 0.8 * have:
         yield Doubt(
-            "discretization.intervals",
+            f"discretization.{grid}",
             "more memory needed than this machine can give",
             f"about {need / 2**30:.1f} GiB, it has {have / 2**30:.1f}",
-            "Take fewer intervals or fewer fibers.",
+            f"Take fewer {grid} or fewer fibers.",
         )
 
 
 def memory_bytes(problem: Problem) -> int:
     """Return roughly how many bytes the arrays of a run take, without Python and libraries."""
     count, nodes = len(problem.fibers), problem.engine.samples
+    if isinstance(problem.engine, SpectralEngine):  # nothing is held for pairs of fibers
+        return count * _BYTES_PER_PAIR * (problem.engine.nodes or nodes) ** 2
     own = len(problem.kinds) * _BYTES_PER_PAIR * nodes**2
     if count == 1 and not problem.domain.lengths.any():
         return own

@@ -42,6 +42,8 @@ class Cost:
         Wall time of the run.
     store_bytes
         Size of the store.
+    settled
+        Whether the trial got beyond the short steps of a start; else `steps` is far too many.
     """
 
     steps: int
@@ -50,6 +52,7 @@ class Cost:
     step_seconds: float
     seconds: float
     store_bytes: int
+    settled: bool
 
 
 def estimate(problem: Problem, initial: Initial, *, until: float, record: Schedule) -> Cost:
@@ -87,7 +90,7 @@ def estimate(problem: Problem, initial: Initial, *, until: float, record: Schedu
 
         observed, placed = look()
         look_seconds = _fastest(look)
-        steps, end = _steps(stepper, carry, until)
+        steps, end, settled = _steps(stepper, carry, until)
     most = None if stepper.dense else steps
     positions = _records(record.positions_every, end, most)
     observables = _records(record.observables_interval, end, most)
@@ -97,16 +100,19 @@ def estimate(problem: Problem, initial: Initial, *, until: float, record: Schedu
         observables=observables,
         step_seconds=step_seconds,
         seconds=steps * step_seconds + max(positions, observables) * look_seconds,
-        store_bytes=positions * _size(placed) + observables * _size(observed) + steps * _STEP_BYTES,
+        store_bytes=positions * _size(placed)
+        + observables * _size(observed)
+        + settled * steps * _STEP_BYTES,
+        settled=settled,
     )
 
 
-def _steps(stepper: AbstractStepper[C], carry: C, until: float) -> tuple[int, float]:
-    """Return how many steps the run will take, and where it will end."""
+def _steps(stepper: AbstractStepper[C], carry: C, until: float) -> tuple[int, float, bool]:
+    """Return how many steps the run will take, where it will end, and if that can be told."""
     if not stepper.dense:
         dt = stepper.time(carry) / carry.step
         steps = ceil(until / dt - 1e-9)
-        return steps, steps * dt
+        return steps, steps * dt, True
     started, size = perf_counter(), until
     while not stepper.reached(carry, until):
         trial = perf_counter() - started
@@ -115,7 +121,7 @@ def _steps(stepper: AbstractStepper[C], carry: C, until: float) -> tuple[int, fl
         carry, report = stepper.step(carry)
         size = report.step_size  # the first steps of a run are short
     left = max(0.0, until - stepper.time(carry))
-    return carry.step + ceil(left / size), until
+    return carry.step + ceil(left / size), until, left == 0.0 or carry.step > _START_STEPS
 
 
 def _records(interval: float, end: float, most: int | None) -> int:

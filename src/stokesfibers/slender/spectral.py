@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stokesfibers.core import checks
 from stokesfibers.core.arrays import Array, Points, as_float
@@ -35,28 +36,29 @@ _TAIL_TO_ERROR = 6.0  # shape error over the size of the last modes, as measured
 
 @dataclass(frozen=True)
 class Resolution:
-    """How well a shape is resolved, judged by the decay of its modes.
+    """How well shapes are resolved, judged by the decay of their modes.
 
     Attributes
     ----------
     error
-        Estimated error of the shape through lack of nodes, relative to the length.
+        Estimated error of each shape through lack of nodes, relative to the length, (...).
     decay
-        Rate: the error falls like exp(-decay nodes); zero if the modes do not decay.
+        Rate: the error falls like exp(-decay nodes); zero if the modes do not decay, (...).
     nodes
         Number of nodes.
     """
 
-    error: float
-    decay: float
+    error: Array
+    decay: Array
     nodes: int
 
-    def nodes_for(self, tolerance: float) -> int:
-        """Return the number of nodes, an even one, that would err by `tolerance`."""
-        if self.decay <= 0.0:
-            return self.nodes if self.error <= tolerance else 2 * self.nodes
-        wanted = self.nodes + np.log(max(self.error, 1e-300) / tolerance) / self.decay
-        return 2 * int(np.ceil(0.5 * np.clip(wanted, LEAST_NODES, 2 * self.nodes)))
+    def nodes_for(self, tolerance: float) -> NDArray[np.int64]:
+        """Return the numbers of nodes, even ones, that would err by `tolerance`, (...)."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            more = np.log(np.maximum(self.error, 1e-300) / tolerance) / self.decay
+        stuck = np.where(self.error <= tolerance, 0.0, self.nodes)
+        wanted = self.nodes + np.where(self.decay > 0.0, more, stuck)
+        return 2 * np.ceil(0.5 * np.clip(wanted, LEAST_NODES, 2 * self.nodes)).astype(np.int64)
 
 
 @dataclass(frozen=True)
@@ -227,13 +229,16 @@ class SpectralFiber:
         return as_float(np.linalg.solve(values, self.basis.positions(sigma)).T)
 
     def resolution(self, modes: Array) -> Resolution:
-        """Return how well the modes (3, N) resolve their shape, from their decay."""
-        size = np.linalg.norm(modes, axis=0) * self._mode_sizes
-        tail = float(size[-_TAIL:].max())
-        middle = float(size[self.count // 2 : self.count // 2 + _TAIL].max())
-        apart = self.count - _TAIL - self.count // 2
-        decay = np.log(middle / tail) / apart if middle > tail > 0.0 else 0.0
-        return Resolution(_TAIL_TO_ERROR * tail, float(decay), self.count)
+        """Return how well modes (..., 3, N) resolve their shapes, from their decay."""
+        half = self.count // 2
+        size = np.sqrt(np.square(modes).sum(axis=-2)) * self._mode_sizes
+        tail = size[..., -_TAIL:].max(axis=-1)
+        middle = size[..., half : half + _TAIL].max(axis=-1)
+        falls = (middle > tail) & (tail > 0.0)
+        ratio = np.divide(middle, tail, out=np.ones_like(tail), where=falls)
+        return Resolution(
+            _TAIL_TO_ERROR * tail, np.log(ratio) / (self.count - _TAIL - half), self.count
+        )
 
     @cached_property
     def _mode_sizes(self) -> Array:

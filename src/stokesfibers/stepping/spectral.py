@@ -116,6 +116,7 @@ class SpectralStepper:
         softest, rate = max(self._drags), flow.rate_scale()
         # a bend that never grows need not be known better than the position
         self._rigid = [d * rate < _RIGID and d < _STIFFER * softest for d in self._drags]
+        self._least_bends = np.where(self._rigid, _SHARE, _STRAIGHT)
 
     def init(self, positions: tuple[Callable[[Array], Points], ...]) -> Carry:
         """Return the carry at time 0 from one function per fiber: fractions (n,) to points (n, 3).
@@ -271,16 +272,13 @@ class SpectralStepper:
             weights[r, : q + 1] = tried.predictors[q]
             scales[r] = bdf.error_factor(q, tried.offsets)
         allowed = self.control.step_tolerance
-        worst = np.zeros(len(orders))
-        for k, fiber in enumerate(self.fibers):
-            norms = kernels.step_norms(
-                weights, scales, carry.modes[k], tried.state.modes[k], fiber.tables
-            )
-            least = _SHARE if self._rigid[k] else _STRAIGHT
-            bend = allowed * max(norms[-1, 1], least) + _NOISE * max(1.0, norms[-1, 0])
-            errors = np.maximum(norms[:-1, 0] / (_SHARE * allowed), norms[:-1, 1] / bend)
-            worst = np.where(errors > worst, errors, worst) if np.isfinite(errors).all() else errors
-        return dict(zip(orders, worst.tolist(), strict=True))
+        norms = kernels.step_norms(
+            weights, scales, carry.modes, tried.state.modes, self.fibers[0].tables[0]
+        )
+        least = allowed * np.maximum(norms[:, -1, 1], self._least_bends)
+        bend = least + _NOISE * np.maximum(1.0, norms[:, -1, 0])
+        errors = np.maximum(norms[:, :-1, 0] / (_SHARE * allowed), norms[:, :-1, 1] / bend[:, None])
+        return dict(zip(orders, errors.max(axis=0).tolist(), strict=True))  # NaN stays NaN
 
     def _surroundings(self, modes: Array, t: float) -> Surroundings:
         """Return flow and load at the nodes."""

@@ -8,28 +8,29 @@ from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stokesfibers.core.arrays import Array, Positions
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.team import ALONE, AbstractTeam
 from stokesfibers.fiber.curves import Curve
+from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.load import LoadedState, NoLoad
-from stokesfibers.numerics.chebyshev import ChebyshevGrid
 from stokesfibers.numerics.step_control import AbstractStepControl, AdaptiveSteps, FixedSteps
 from stokesfibers.problem.engine import SpectralEngine
 from stokesfibers.problem.problem import Problem
-from stokesfibers.slender.sampled import Shape, View
-from stokesfibers.slender.spectral import SpectralFiber
+from stokesfibers.slender.sampled import View
+from stokesfibers.slender.spectral import Resolution, SpectralFiber
 from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
 from stokesfibers.slender.spectral_suspension import SpectralInteraction
 from stokesfibers.stepping.base import AbstractStepper, StepError
 from stokesfibers.stepping.report import StepReport
 from stokesfibers.stepping.spectral import Load, SpectralStepper
 from stokesfibers.stepping.spectral_carry import Carry
+from stokesfibers.stepping.spectral_view import ShownFiber
 from stokesfibers.summation import FastImages
 
-_SHOWN_PER_NODE = 4
-_SPATIAL_SHARE = 0.3  # of the tolerance: the error through lack of nodes that is let pass
+_SPATIAL_SHARE = 0.1  # of the tolerance: the error through lack of nodes that is let pass
 _AIM = 0.03  # of the tolerance: the error that new nodes are chosen for
 _FIXED_TOLERANCE = 1e-4  # for the nodes, where steps are fixed
 _QUADRATURE_SHARE = 0.1  # of what a step may commit: the error of velocities between fibers
@@ -38,51 +39,16 @@ _GROWTH, _LEAST_CAPACITY = 4, 128  # most nodes of a run: these times the first,
 
 
 @dataclass(frozen=True)
-class ShownFiber:
-    """One kind of fiber on Chebyshev points.
-
-    Attributes
-    ----------
-    grid
-        The points.
-    rigidity
-        E.
-    eps
-        Slenderness.
-    tables
-        Derivatives 0 ... 4 of the position modes at the points, (5, node, N).
-    tension_table
-        Tension modes at the points, (node, N - 1).
-    """
-
-    grid: ChebyshevGrid
-    rigidity: float
-    eps: float
-    tables: Array
-    tension_table: Array
-
-    @classmethod
-    def of(cls, fiber: SpectralFiber) -> ShownFiber:
-        """Return where `fiber` is shown."""
-        grid = ChebyshevGrid(fiber.length, _SHOWN_PER_NODE * fiber.count)
-        sigma = grid.nodes / fiber.length
-        tables = [
-            fiber.length ** (1 - order) * fiber.basis.positions(sigma, order) for order in range(5)
-        ]
-        tension = fiber.force_unit * fiber.basis.tensions(sigma, 0)
-        return cls(grid, fiber.rigidity, fiber.eps, np.stack(tables), tension)
-
-    def shape(self, modes: Array) -> Shape:
-        """Return the centreline of position modes (3, N)."""
-        return Shape(*np.matmul(modes, self.tables.transpose(0, 2, 1)))
-
-
-@dataclass(frozen=True)
 class _Discretised:
-    """Everything on N nodes: the formulas, and where fibers are shown."""
+    """Everything on N nodes: the formulas, where fibers are shown, and which are of one kind."""
 
     stepper: SpectralStepper
     shown: tuple[ShownFiber, ...]
+    kinds: tuple[tuple[SpectralFiber, NDArray[np.intp]], ...]
+
+    def resolutions(self, carry: Carry) -> list[Resolution]:
+        """Return how well shapes are resolved, by kind."""
+        return [fiber.resolution(carry.modes[which, 0]) for fiber, which in self.kinds]
 
 
 class SpectralRunStepper(AbstractStepper[Carry]):
@@ -118,7 +84,7 @@ class SpectralRunStepper(AbstractStepper[Carry]):
         assert self._engine.nodes is not None
         carry = self._start(curves, self._engine.nodes)
         while self._engine.adapt_nodes:
-            wanted = self._wanted(carry)
+            wanted = self._wanted(self._on(_nodes(carry)).resolutions(carry))
             if wanted <= _nodes(carry):
                 break
             carry = self._start(curves, wanted)
@@ -127,11 +93,12 @@ class SpectralRunStepper(AbstractStepper[Carry]):
     def step(self, carry: Carry) -> tuple[Carry, StepReport]:
         while True:
             ahead, report = self._on(_nodes(carry)).stepper.step(carry)
-            wanted = self._wanted(ahead) if self._engine.adapt_nodes else _nodes(carry)
+            resolved = self._on(_nodes(carry)).resolutions(ahead)
+            wanted = self._wanted(resolved) if self._engine.adapt_nodes else _nodes(carry)
             if wanted <= _nodes(carry):
                 break
             carry = carry.resized(wanted)
-        error = self._spatial_error(ahead)
+        error = self._spatial_error(ahead, resolved)
         if not np.isfinite(error):
             raise StepError(
                 f"A fiber bends, or nears itself, within its own thickness at t = {ahead.time:.6g}:"
@@ -181,9 +148,10 @@ class SpectralRunStepper(AbstractStepper[Carry]):
 
     def length_error(self, carry: Carry) -> float:
         worst = 0.0
-        for fiber, modes in zip(self._on(_nodes(carry)).stepper.fibers, carry.modes, strict=True):
-            speed = np.linalg.norm(modes[0] @ fiber.tables[1].T, axis=0)
-            error = abs(float(speed @ fiber.quadrature) / fiber.length - 1.0)
+        for fiber, which in self._on(_nodes(carry)).kinds:
+            slopes = np.matmul(carry.modes[which, 0], fiber.tables[1].T)
+            lengths = np.sqrt(np.square(slopes).sum(axis=1)) @ fiber.quadrature / fiber.length
+            error = float(np.abs(lengths - 1.0).max())
             worst = max(worst, error) if np.isfinite(error) else np.inf
         return worst
 
@@ -216,24 +184,31 @@ class SpectralRunStepper(AbstractStepper[Carry]):
             threads=self._threads,
             team=self._team,
         )
-        return _Discretised(stepper, tuple(shown[kind] for kind in problem.fibers))
+        numbers: dict[Fiber, list[int]] = {}
+        for k, kind in enumerate(problem.fibers):
+            numbers.setdefault(kind, []).append(k)
+        return _Discretised(
+            stepper,
+            tuple(shown[kind] for kind in problem.fibers),
+            tuple((kinds[kind], np.array(which)) for kind, which in numbers.items()),
+        )
 
-    def _wanted(self, carry: Carry) -> int:
+    def _wanted(self, resolved: list[Resolution]) -> int:
         """Return the number of nodes that the shapes ask for; at least the present one."""
-        wanted = _nodes(carry)
-        for fiber, modes in zip(self._on(_nodes(carry)).stepper.fibers, carry.modes, strict=True):
-            found = fiber.resolution(modes[0])
-            if found.error > _SPATIAL_SHARE * self._tolerance:
-                wanted = max(wanted, found.nodes_for(_AIM * self._tolerance))
+        wanted = resolved[0].nodes
+        for found in resolved:
+            poor = found.error > _SPATIAL_SHARE * self._tolerance
+            if poor.any():
+                wanted = max(wanted, int(found.nodes_for(_AIM * self._tolerance)[poor].max()))
         return min(wanted, self._capacity)
 
-    def _spatial_error(self, carry: Carry) -> float:
+    def _spatial_error(self, carry: Carry, resolved: list[Resolution]) -> float:
         """Return the error through lack of nodes and correction terms, relative; may be inf."""
         worst = 0.0
-        fibers = self._on(_nodes(carry)).stepper.fibers
-        for fiber, modes, ratio in zip(fibers, carry.modes, carry.ratio, strict=True):
-            remainder = fiber.weights.remainder(float(ratio))
-            worst = max(worst, fiber.resolution(modes[0]).error, remainder)
+        on = self._on(_nodes(carry))
+        for (fiber, which), found in zip(on.kinds, resolved, strict=True):
+            remainder = fiber.weights.remainder(carry.ratio[which])
+            worst = max(worst, float(np.maximum(found.error, remainder).max()))
         return worst
 
 

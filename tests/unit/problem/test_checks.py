@@ -25,7 +25,7 @@ from stokesfibers.flow import (
 from stokesfibers.problem import checks, engine_checks
 from stokesfibers.problem.checks import doubts
 from stokesfibers.problem.doubt import Plan
-from stokesfibers.problem.engine import PaperEngine
+from stokesfibers.problem.engine import PaperEngine, SpectralEngine
 from stokesfibers.problem.groups import BUCKLING_THRESHOLD, compressive_rate, groups
 from stokesfibers.problem.problem import Problem
 from stokesfibers.run.schedule import every
@@ -270,3 +270,13 @@ def test_memory_of_a_suspension_grows_with_the_square_of_all_nodes():
 
     assert need(300) > 8 * (300 * 101) ** 2
     assert 3.5 < need(300) / need(150) < 4.0
+
+
+def test_the_high_order_engine_needs_memory_in_proportion_to_the_fibers() -> None:
+    def need(count: int) -> int:
+        engine = SpectralEngine(nodes=24, rtol=1e-3)
+        many = Problem(Fiber(slenderness=1e-2, count=count), mu_bar=1e4, engine=engine)
+        return checks.memory_bytes(many)
+
+    assert need(10_000) == 10 * need(1000)
+    assert 1e8 < need(1000) < 1e9  # a step of 1,000 fibers was seen to take 0.13 GiB more than one

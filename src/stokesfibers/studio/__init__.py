@@ -1,0 +1,1 @@
+"""Looking at runs: viewer, movie, report, export."""

@@ -1,0 +1,1 @@
+"""Many runs and trust: sweeps, validation."""
