@@ -8,15 +8,18 @@ import pytest
 from stokesfibers.core.parallel import Workers
 from stokesfibers.domain import Free, Periodic
 from stokesfibers.domain.sheared import Sheared
+from stokesfibers.experiments.contact_rules import SpectralSource
+from stokesfibers.experiments.contact_scenes import arrangements, exact_velocity, smooth_force
 from stokesfibers.slender.mobility import NonLocal
 from stokesfibers.slender.regularization import SpheroidalRegularization
 from stokesfibers.slender.spectral import SpectralFiber
 from stokesfibers.slender.spectral_ewald import EwaldInteraction
 from stokesfibers.slender.spectral_suspension import SpectralInteraction
 from stokesfibers.summation import ExactImages, ImageSum
-from stokesfibers.summation.close_approach import SmoothCloseApproach
+from stokesfibers.summation.close_approach import PaperCloseApproach, SmoothCloseApproach
 from stokesfibers.summation.ewald.cloud import Lattice
 from stokesfibers.summation.near_images import Balls, near_images
+from support import assert_close
 
 pytest.importorskip("ducc0")
 
@@ -106,6 +109,27 @@ def test_fast_sum_is_the_direct_one_to_its_tolerance(domain, tolerance):
     # relative to velocities near the fibers: far from them all is small
     error = scene.fluid(points, force, resisted) - exact.fluid(points, force, resisted)
     assert rms(error, expected) < tolerance
+
+
+@pytest.mark.parametrize("place", arrangements(), ids=lambda a: a.name)
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
+def test_a_tenth_of_a_radius_from_contact_the_corrected_sum_is_the_integral(place, tolerance):
+    eps = 1e-3
+    source = SpectralSource.of(place.source, eps=eps, nodes=32)
+    fiber = source.fiber
+    other = fiber.fit(lambda s: place.target(s, 2.1 * eps).T)
+    interaction = EwaldInteraction.build(
+        (fiber, fiber),
+        lambda _: Free(),
+        close_approach=PaperCloseApproach(d0=1e-9),
+        tolerance=tolerance,
+    )
+    scene = interaction.scene(np.stack([source.modes, other]), 0.0, Workers(1))
+    force = np.stack([smooth_force(fiber.sigma), np.zeros((3, 32))])
+    found = scene.velocity(force, np.zeros_like(force))[1].T
+    nodes = np.ascontiguousarray(fiber.position(other, fiber.sigma).T)
+    expected = exact_velocity(source.position, (smooth_force,), nodes, 0.5 * eps**2)[0]
+    assert_close(found, expected, rtol=tolerance)
 
 
 def test_near_fibers_are_what_the_corrections_are_for():

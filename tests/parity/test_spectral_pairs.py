@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
-from scipy.special import zeta
+from scipy.special import eval_legendre, zeta
 
 from reference.pair_twins import doublet, plain, stokeslet
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.parallel import Workers
 from stokesfibers.domain import Free, Periodic
+from stokesfibers.experiments.contact_scenes import exact_velocity
 from stokesfibers.kernels.spectral_images import image_block
 from stokesfibers.slender.mobility import NonLocal
 from stokesfibers.slender.regularization import SpheroidalRegularization
 from stokesfibers.slender.spectral import SpectralFiber
+from stokesfibers.slender.spectral_interaction import plain_reach
 from stokesfibers.slender.spectral_suspension import SpectralInteraction, SpectralScene
 from stokesfibers.summation.close_approach import PaperCloseApproach, SmoothCloseApproach
 from stokesfibers.summation.images import ImageSum
@@ -77,6 +81,45 @@ def test_velocity_at_any_distance_is_that_of_the_slow_twin(eps, tolerance):
             for p in points
         ]
         assert_close(found, exact, rtol=3.0 * tolerance)
+
+
+@pytest.mark.parametrize("nodes", [24, 48])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
+def test_every_mode_of_the_force_meets_the_tolerance_next_to_a_fiber(nodes, tolerance):
+    fiber = _fiber(1e-3, nodes=nodes)
+    scene, modes = _scene((fiber,), tolerance=tolerance)
+    points = np.array([_beside(s, d) for s in (0.12, 0.41, 0.9) for d in (2.1e-3, 0.011, 0.05)])
+    nothing = np.zeros((1, 3, nodes))
+    first = 0.0
+    for mode in (0, nodes // 2, nodes - 1):
+
+        def force(s, mode=mode):
+            return np.array([[1.0], [0.4], [-0.7]]) * eval_legendre(mode, 2.0 * s - 1.0)
+
+        found = scene.fluid(points, force(fiber.sigma)[None], nothing)
+        exact = exact_velocity(lambda s: fiber.position(modes[0], s), (force,), points, 0.5e-6)[0]
+        first = first or float(np.abs(exact).max())
+        assert np.abs(found - exact).max() < tolerance * first
+
+
+@pytest.mark.parametrize("distance", [0.4, 0.2])
+def test_outside_the_bend_of_a_hairpin_rows_begin_farther_out(distance):
+    fiber = _fiber(1e-2, nodes=32)
+    hairpin = free_end_curve(bend=180.0, twist=0.0)
+    s = np.array([0.35, 0.5, 0.65])
+    tangent = hairpin(s, 1)
+    outwards = np.cross(tangent.T, [0.0, 0.0, 1.0])
+    outwards /= np.linalg.norm(outwards, axis=1)[:, None]
+    points = hairpin(s).T + distance * outwards
+    forces, nothing = _force(fiber.sigma)[None], np.zeros((1, 3, 32))
+    for tolerance in (1e-6, 1e-8):
+        assert distance > plain_reach(32, tolerance), "a straight fiber needs no rows here"
+        scene, modes = _scene((fiber,), curves=[hairpin], tolerance=tolerance)
+        position = partial(fiber.position, modes[0])
+        exact = exact_velocity(position, (_force,), points, 0.5e-4)[0]
+        near = exact_velocity(position, (_force,), hairpin(s).T + 0.02 * outwards, 0.5e-4)[0]
+        found = scene.fluid(points, forces, nothing)
+        assert np.abs(found - exact).max() < tolerance * np.abs(near).max()
 
 
 def test_points_off_the_ends_and_between_two_arms_of_a_hairpin():

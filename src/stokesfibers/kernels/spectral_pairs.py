@@ -3,10 +3,10 @@
 Arrays are component first. Velocities are those of ``V + D W`` with D = (eps L)^2 / 2, times
 8 pi mu and without the minus of (6). A source that a target is far from is summed over its own N
 Gauss-Legendre nodes. Near ones get a row: the velocity per Legendre coefficient of the force, by a
-rule whose points gather where the source comes nearest. With ``s' = s_0 + b sinh t``, s_0 the
-nearest arclength and b the distance there, the kernel is smooth in t. A source that comes near
-several times is cut in between. Targets of one fiber are handled by one call; calls are independent
-and release the GIL. Slow twins are in ``tests/reference``.
+rule whose points gather where the source comes nearest. With ``s' = a + b sinh t``, a + i b the
+complex root of |R|^2 there, the kernel is smooth in t. A source that comes near several times is
+cut in between. Targets of one fiber are handled by one call; calls are independent and release the
+GIL. Slow twins are in ``tests/reference``; why this rule: ``docs/theory/near.md``.
 """
 
 from __future__ import annotations
@@ -24,9 +24,14 @@ _OPTIONS = {
 }
 # Inlined and uncached parts, so that a kernel rounds alike whether fresh or from the cache.
 _PART = {**_OPTIONS, "cache": False, "forceinline": True}
-_WIDTH = 1.2  # distance in t of the kernel's poles from the real axis, pi/2 if it were straight
 _MOST_SEARCHES = 60
+_MOST_ROOTS = 8  # Newton steps for a complex root
 _NOTICED = 5.0  # reaches within which another approach of a source is resolved by itself
+# Points of a rule, fitted to what integrals of P_k (s - a)^j / |R|^m need for all k < N: modes and
+# digits ask for points, and half of the weaker wish comes on top of the stronger.
+_WIDTH = 1.5  # distance in t of the kernel's poles from the real axis, pi/2 if it were straight
+_PER_MODE, _PER_MODE_AND_DEPTH = 0.58, 0.147
+_PER_DIGIT, _PER_DIGIT_ALONE = 0.47, 0.34
 
 
 @njit(**_PART)
@@ -109,13 +114,57 @@ def _nearest_within(p, series, low, high, at):
 
 
 @njit(**_PART)
-def _rule_size(half, share, digits, modes, sizes):
-    """Return the index of the smallest rule that resolves a piece of half-width `half` in t.
+def _root(p, series, sigma, at):
+    """Return the complex root a + i b of |x(sigma) - p|^2 = 0 that belongs to an approach.
 
-    `share` is that of the piece in the length: it holds about as many of the force's oscillations.
+    `at` holds the curve at the nearest fraction `sigma`. Where Newton's method finds no root near
+    the quadratic estimate, that is returned.
     """
-    q = _WIDTH / half
-    wanted = (0.15 + 0.35 * share) * modes + 0.5 * digits / np.log(q + np.sqrt(q * q + 1.0))
+    square, slope, speed, bend = 0.0, 0.0, 0.0, 0.0
+    for d in range(3):
+        square += at[0, d] * at[0, d]
+        slope += at[0, d] * at[1, d]
+        speed += at[1, d] * at[1, d]
+        bend += at[0, d] * at[2, d]
+    bend = max(speed + bend, 0.1 * speed)
+    ahead = -slope / bend
+    start = complex(sigma + ahead, np.sqrt(max(square / bend - ahead * ahead, 0.0)))
+    root, moved = start, 1.0
+    for _ in range(_MOST_ROOTS):
+        z = 2.0 * root - 1.0
+        value, change = 0.0j, 0.0j
+        for d in range(3):
+            p0, p1, d0, d1 = 1.0 + 0.0j, z, 0.0j, 1.0 + 0.0j
+            r, rs = series[d, 0] - p[d] + series[d, 1] * z, series[d, 1] + 0.0j
+            for k in range(2, series.shape[1]):
+                p2 = ((2 * k - 1) * z * p1 - (k - 1) * p0) / k
+                d2 = d0 + (2 * k - 1) * p1
+                r += series[d, k] * p2
+                rs += series[d, k] * d2
+                p0, p1, d0, d1 = p1, p2, d1, d2
+            value += r * r
+            change += 4.0 * r * rs
+        step = value / change
+        root -= step
+        moved = abs(step)
+        if moved < 1e-3 * start.imag:
+            break
+    if moved < 1e-2 * start.imag and abs(root - start) < 0.8 * start.imag:
+        return root
+    return start
+
+
+@njit(**_PART)
+def _rule_size(low, high, modes, digits, sizes):
+    """Return the index of the smallest rule that resolves a piece from `low` to `high` in t.
+
+    `modes` counts the oscillations that the piece holds.
+    """
+    q = 2.0 * _WIDTH / (high - low)
+    depth = max(-low, high)
+    oscillating = (_PER_MODE + _PER_MODE_AND_DEPTH * depth) * modes
+    peaked = _PER_DIGIT * digits / np.log(q + np.sqrt(q * q + 1.0))
+    wanted = (oscillating**1.5 + peaked**1.5) ** (2.0 / 3.0) + _PER_DIGIT_ALONE * digits
     rule = 0
     while rule < sizes.size - 1 and sizes[rule] < wanted:
         rule += 1
@@ -126,21 +175,20 @@ def _rule_size(half, share, digits, modes, sizes):
 def _add_piece(p, series, length, doublet, weight, piece, rule, work, values, row):
     """Add `weight` times the velocity per Legendre coefficient by one piece of the source to row.
 
-    `piece` is (start, end, nearest, distance) in fractions and units of the length, `rule` (2, n)
-    nodes and weights on [-1, 1].
+    `piece` is (low, high, a, b): the ends in t, and what takes t to fractions of the length.
+    `rule` (2, n) holds nodes and weights on [-1, 1].
     """
-    start, end, middle, b = piece
-    low, high = np.arcsinh((start - middle) / b), np.arcsinh((end - middle) / b)
+    low, high, middle, b = piece
     n, count = rule.shape[1], row.shape[1]
-    before, now, z = work[0], work[1], work[2]
-    rx, ry, rz, share = work[3], work[4], work[5], work[6]
+    z, share = work[0], work[1]
+    rx, ry, rz = work[2], work[3], work[4]
+    xx, yy, zz, xy, xz, yz = work[5], work[6], work[7], work[8], work[9], work[10]
     for q in range(n):
         t = 0.5 * (low + high) + 0.5 * (high - low) * rule[0, q]
         e = np.exp(t)
         u = 0.5 * b * (e - 1.0 / e)
         share[q] = 0.25 * b * (e + 1.0 / e) * (high - low) * rule[1, q] * length * weight
         z[q] = 2.0 * (middle + u) - 1.0
-        before[q], now[q] = 1.0, z[q]
         rx[q] = p[0] - series[0, 0] - series[0, 1] * z[q]
         ry[q] = p[1] - series[1, 0] - series[1, 1] * z[q]
         rz[q] = p[2] - series[2, 0] - series[2, 1] * z[q]
@@ -159,26 +207,28 @@ def _add_piece(p, series, length, doublet, weight, piece, rule, work, values, ro
         inverse2 = 1.0 / (rx[q] * rx[q] + ry[q] * ry[q] + rz[q] * rz[q])
         inverse = np.sqrt(inverse2) * share[q]
         inverse3 = inverse * inverse2
-        now[q] = inverse + doublet * inverse3
-        before[q] = inverse3 * (1.0 - 3.0 * doublet * inverse2)
+        on_force = inverse + doublet * inverse3
+        along = inverse3 * (1.0 - 3.0 * doublet * inverse2)
+        ax, ay, az = along * rx[q], along * ry[q], along * rz[q]
+        xx[q], yy[q], zz[q] = on_force + ax * rx[q], on_force + ay * ry[q], on_force + az * rz[q]
+        xy[q], xz[q], yz[q] = ax * ry[q], ax * rz[q], ay * rz[q]
     for k in range(count):
         target = values[k]
-        xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        sxx, syy, szz, sxy, sxz, syz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for q in range(n):
-            on_force, along = now[q] * target[q], before[q] * target[q]
-            ax, ay = along * rx[q], along * ry[q]
-            xx += on_force + ax * rx[q]
-            yy += on_force + ay * ry[q]
-            zz += on_force + along * rz[q] * rz[q]
-            xy += ax * ry[q]
-            xz += ax * rz[q]
-            yz += ay * rz[q]
-        row[0, k] += xx
-        row[1, k] += yy
-        row[2, k] += zz
-        row[3, k] += xy
-        row[4, k] += xz
-        row[5, k] += yz
+            value = target[q]
+            sxx += xx[q] * value
+            syy += yy[q] * value
+            szz += zz[q] * value
+            sxy += xy[q] * value
+            sxz += xz[q] * value
+            syz += yz[q] * value
+        row[0, k] += sxx
+        row[1, k] += syy
+        row[2, k] += szz
+        row[3, k] += sxy
+        row[4, k] += sxz
+        row[5, k] += syz
 
 
 @njit(**_PART)
@@ -190,11 +240,12 @@ def _square(p, x, j):
 def _fill_row(p, x, series, sigma, settings, rules, scratch, row, blend):
     """Set row (6, N) and blend (N,): velocity per coefficient of the force and of Lambda f + K f.
 
-    `settings` is (length, doublet, reach, d0, smooth, digits).
+    `settings` is (length, doublet, reach, modes, d0, smooth, digits).
     """
-    length, doublet, reach, d0, smooth, digits = settings
+    length, doublet, reach, modes, d0, smooth, digits = settings
     nodes, weights, sizes = rules
-    lows, highs, middles, distances, work, values, at = scratch
+    ends, roots, middles, distances, work, values, at = scratch
+    lows, highs = ends[0], ends[1]
     n = x.shape[1]
     noticed2 = (_NOTICED * reach) ** 2
     row[:] = 0.0
@@ -211,7 +262,12 @@ def _fill_row(p, x, series, sigma, settings, rules, scratch, row, blend):
                 highs[pieces - 1] = cut
             lows[pieces] = cut if pieces > 0 else 0.0
             low, high = sigma[j - 1] if j > 0 else 0.0, sigma[j + 1] if j < n - 1 else 1.0
-            middles[pieces], distances[pieces] = _nearest_within(p, series, low, high, at)
+            middle, distance = _nearest_within(p, series, low, high, at)
+            middles[pieces], distances[pieces] = middle, distance
+            roots[0, pieces], roots[1, pieces] = middle, distance / length
+            if 0.0 < middle < 1.0:
+                root = _root(p, series, middle, at)
+                roots[0, pieces], roots[1, pieces] = root.real, root.imag
             if distances[pieces] < distances[best]:
                 best = pieces
             pieces += 1
@@ -220,15 +276,13 @@ def _fill_row(p, x, series, sigma, settings, rules, scratch, row, blend):
     w = blend_weight(distances[best], d0, smooth)
     if w > 0.0:
         for m in range(pieces):
-            b = distances[m] / length
-            half = 0.5 * (
-                np.arcsinh((highs[m] - middles[m]) / b) - np.arcsinh((lows[m] - middles[m]) / b)
-            )
-            r = _rule_size(half, highs[m] - lows[m], digits, n, sizes)
+            a, b = roots[0, m], roots[1, m]
+            low, high = np.arcsinh((lows[m] - a) / b), np.arcsinh((highs[m] - a) / b)
+            r = _rule_size(low, high, (highs[m] - lows[m]) * modes, digits, sizes)
             rule = np.empty((2, sizes[r]))
             rule[0] = nodes[r, : sizes[r]]
             rule[1] = weights[r, : sizes[r]]
-            piece = (lows[m], highs[m], middles[m], b)
+            piece = (low, high, a, b)
             _add_piece(p, series, length, doublet, w, piece, rule, work, values, row)
     if w < 1.0:
         z = 2.0 * middles[best] - 1.0
@@ -243,11 +297,11 @@ def _fill_row(p, x, series, sigma, settings, rules, scratch, row, blend):
 def _scratch(n, terms, most):
     """Return the working memory of `_fill_row`."""
     return (
+        np.empty((2, n)),
+        np.empty((2, n)),
         np.empty(n),
         np.empty(n),
-        np.empty(n),
-        np.empty(n),
-        np.empty((7, most)),
+        np.empty((11, most)),
         np.empty((terms, most)),
         np.empty((3, 3)),
     )
@@ -260,6 +314,47 @@ def _least_square(p, x):
     for j in range(x.shape[1]):
         least = min(least, _square(p, x, j))
     return least
+
+
+@njit(**_PART)
+def _radius(x):
+    """Return the largest distance of the nodes x (3, N) from the middle one."""
+    most, m = 0.0, x.shape[1] // 2
+    for j in range(x.shape[1]):
+        square = (x[0, j] - x[0, m]) ** 2 + (x[1, j] - x[1, m]) ** 2 + (x[2, j] - x[2, m]) ** 2
+        most = max(most, square)
+    return np.sqrt(most)
+
+
+@njit(**_PART)
+def _is_near(p, x, series, sigma, extent, at):
+    """Return whether the nodes of a source are not enough for its velocity at p.
+
+    `extent` is (reach, widest, rho, radius): within the reach they never are; from there to the
+    widest, where the source is bent, if a root of |R|^2 lies within the ellipse `rho` about the
+    source. No node is farther than `radius` from the middle one.
+    """
+    reach, widest, rho, radius = extent
+    if _square(p, x, x.shape[1] // 2) > (widest + radius) ** 2:
+        return False
+    least = _least_square(p, x)
+    if least < reach * reach:
+        return True
+    if least >= widest * widest:
+        return False
+    n = x.shape[1]
+    for j in range(n):
+        own = _square(p, x, j)
+        before = _square(p, x, j - 1) if j > 0 else np.inf
+        after = _square(p, x, j + 1) if j < n - 1 else np.inf
+        if own < widest * widest and own <= before and own < after:
+            low, high = sigma[j - 1] if j > 0 else 0.0, sigma[j + 1] if j < n - 1 else 1.0
+            middle, _ = _nearest_within(p, series, low, high, at)
+            z = 2.0 * _root(p, series, middle, at) - 1.0
+            other = np.sqrt(z * z - 1.0)
+            if max(abs(z + other), abs(z - other)) < rho:
+                return True
+    return False
 
 
 @njit(**_OPTIONS)
@@ -280,8 +375,10 @@ def near_rows(points, own, shift, near_shifts, sources, close, rules):
         (positions at the nodes (fiber, 3, N), their Legendre coefficients (fiber, 3, N + 4), nodes
         as fractions (N,), lengths (fiber,), doublets (fiber,)).
     close
-        (reach (fiber,), d0 (fiber,), smooth, digits): nearer than the reach a source gets a row,
-        with a relative error of exp(-digits).
+        (reach (fiber,), widest (fiber,), rho, modes (fiber,), d0 (fiber,), smooth, digits): nearer
+        than the reach a source gets a row, with a relative error of exp(-digits) where force and
+        shape oscillate as `modes` modes do; from there to the widest it does if a root of |R|^2
+        lies within the Bernstein ellipse `rho` about it.
     rules
         Gauss-Legendre rules on [-1, 1]: (nodes (rule, most), weights, sizes (rule,)).
 
@@ -295,12 +392,15 @@ def near_rows(points, own, shift, near_shifts, sources, close, rules):
         The same per coefficient of the source's own Lambda f + K f, (row, N).
     """
     x, series, sigma, lengths, doublets = sources
-    reach, d0, smooth, digits = close
+    reach, widest, rho, modes, d0, smooth, digits = close
     count, n = x.shape[0], x.shape[2]
     number = np.full((count, near_shifts.shape[0], points.shape[1]), -1)
-    p = np.empty(3)
+    scratch = _scratch(n, series.shape[2], rules[0].shape[1])
+    p, at = np.empty(3), scratch[-1]
     total = 0
     for k in range(count):
+        own_x, own_series = x[k], series[k]
+        extent = (reach[k], widest[k], rho, _radius(own_x))
         for q in range(near_shifts.shape[0]):
             a = shift[k] + near_shifts[q]
             if k == own and a[0] == 0.0 and a[1] == 0.0 and a[2] == 0.0:
@@ -308,13 +408,12 @@ def near_rows(points, own, shift, near_shifts, sources, close, rules):
             for i in range(points.shape[1]):
                 for d in range(3):
                     p[d] = points[d, i] + a[d]
-                if _least_square(p, x[k]) < reach[k] ** 2:
+                if _is_near(p, own_x, own_series, sigma, extent, at):
                     number[k, q, i] = total
                     total += 1
     rows, blends = np.empty((total, 6, n)), np.empty((total, n))
-    scratch = _scratch(n, series.shape[2], rules[0].shape[1])
     for k in range(count):
-        settings = (lengths[k], doublets[k], reach[k], d0[k], smooth, digits)
+        settings = (lengths[k], doublets[k], reach[k], modes[k], d0[k], smooth, digits)
         for q in range(near_shifts.shape[0]):
             a = shift[k] + near_shifts[q]
             for i in range(points.shape[1]):
@@ -387,14 +486,20 @@ def _less_plain(p, x, quadrature, polynomials, doublet, row):
         inverse3 = inverse * inverse2
         on_force = inverse + doublet * inverse3
         along = inverse3 * (1.0 - 3.0 * doublet * inverse2)
+        xx, yy, zz = (
+            on_force + along * rx * rx,
+            on_force + along * ry * ry,
+            on_force + along * rz * rz,
+        )
+        xy, xz, yz = along * rx * ry, along * rx * rz, along * ry * rz
         for m in range(row.shape[1]):
             value = polynomials[j, m]
-            row[0, m] -= (on_force + along * rx * rx) * value
-            row[1, m] -= (on_force + along * ry * ry) * value
-            row[2, m] -= (on_force + along * rz * rz) * value
-            row[3, m] -= along * rx * ry * value
-            row[4, m] -= along * rx * rz * value
-            row[5, m] -= along * ry * rz * value
+            row[0, m] -= xx * value
+            row[1, m] -= yy * value
+            row[2, m] -= zz * value
+            row[3, m] -= xy * value
+            row[4, m] -= xz * value
+            row[5, m] -= yz * value
 
 
 @njit(**_OPTIONS)
@@ -424,29 +529,34 @@ def corrections(bodies, points, near, sources, plain, close, rules):
     first, last = bodies
     start, listed, shift = near
     x, series, sigma, lengths, doublets = sources
-    reach, d0, smooth, digits = close
+    reach, widest, rho, modes, d0, smooth, digits = close
     quadrature, polynomials = plain
     count, n = points.shape[2], x.shape[2]
-    p = np.empty(3)
-    total = 0
+    scratch = _scratch(n, series.shape[2], rules[0].shape[1])
+    p, at = np.empty(3), scratch[-1]
+    begin, total = start[first], 0
+    chosen = np.zeros((start[last] - begin, count), np.bool_)
     for b in range(first, last):
         for c in range(start[b], start[b + 1]):
+            k = listed[c]
+            own_x, own_series = x[k], series[k]
+            extent = (reach[k], widest[k], rho, _radius(own_x))
             for i in range(count):
                 for d in range(3):
                     p[d] = points[b, d, i] + shift[c, d]
-                total += _least_square(p, x[listed[c]]) < reach[listed[c]] ** 2
+                chosen[c - begin, i] = _is_near(p, own_x, own_series, sigma, extent, at)
+                total += chosen[c - begin, i]
     target, source = np.empty(total, np.int64), np.empty(total, np.int64)
     rows, blends = np.empty((total, 6, n)), np.empty((total, n))
-    scratch = _scratch(n, series.shape[2], rules[0].shape[1])
     r = 0
     for b in range(first, last):
         for c in range(start[b], start[b + 1]):
             k = listed[c]
-            settings = (lengths[k], doublets[k], reach[k], d0[k], smooth, digits)
+            settings = (lengths[k], doublets[k], reach[k], modes[k], d0[k], smooth, digits)
             for i in range(count):
-                for d in range(3):
-                    p[d] = points[b, d, i] + shift[c, d]
-                if _least_square(p, x[k]) < reach[k] ** 2:
+                if chosen[c - begin, i]:
+                    for d in range(3):
+                        p[d] = points[b, d, i] + shift[c, d]
                     target[r], source[r] = b * count + i, k
                     _fill_row(
                         p, x[k], series[k], sigma, settings, rules, scratch, rows[r], blends[r]

@@ -96,7 +96,7 @@ class DiscreteFiber:
         return values @ self._differences[0].T
 
     def finite_part(self, shape: Shape, g: Array) -> Array:
-        """Return K_delta[g] of (24) at the nodes; g of shape (3, node)."""
+        """Return K_delta[g] of (24) at the nodes, by (30), (31); g of shape (3, node)."""
         return kernels.apply_finite_part(
             shape.x,
             shape.xs,
@@ -158,7 +158,7 @@ class DiscreteFiber:
         )
 
     def tension_coupling(self, shape: Shape) -> tuple[Array, Array]:
-        """Return matrix and bending term of the non-local part of (22); see the kernel."""
+        """Return matrix and bending term of the non-local part of (22), (34); see the kernel."""
         w = self.weights
         return kernels.tension_coupling(
             shape.x,

@@ -135,7 +135,7 @@ class SpectralFiber:
 
     @cached_property
     def constraint(self) -> Array:
-        """Slopes of the position modes where |x_s| = 1 is imposed, (N - 1, N)."""
+        """Slopes of the position modes where |x_s| = 1 is imposed, (11), (N - 1, N)."""
         return self.basis.positions(gauss_legendre(self.count - 1)[0], 1)
 
     @cached_property

@@ -125,6 +125,7 @@ class EwaldScene(AbstractSpectralScene):
         series = np.matmul(scaled, fibers[0].position_series)
         self._sources = (self._x, series, fibers[0].sigma, lengths, 0.5 * self._radii**2)
         self._balls = Balls.around(self._x)
+        self._close = interaction.close.around(modes, fibers)
         self._names = np.repeat(np.arange(len(fibers)), fibers[0].count)
         self._points = np.ascontiguousarray(self._x.transpose(0, 2, 1)).reshape(-1, 3)
         self._plan = interaction.ewald.plan(
@@ -139,7 +140,7 @@ class EwaldScene(AbstractSpectralScene):
         self._corrections: list[Any] = []
         if share:
             own = Balls(self._balls.centres[self._share], self._balls.radii[self._share])
-            reach = interaction.close.reach
+            reach = self._close.widest
             near = near_images(own, self._balls, reach, self._lattice, first=share.start)
             self._corrections = self._near(self._x[self._share], near)
 
@@ -164,15 +165,13 @@ class EwaldScene(AbstractSpectralScene):
         weighted = (force * self._quadrature[:, None]).transpose(0, 2, 1).reshape(-1, 3)
         found = plan.execute(np.ascontiguousarray(weighted))
         targets = Balls(points, np.zeros(len(points)))
-        reach = self._interaction.close.reach
-        near = near_images(targets, self._balls, reach, self._lattice)
+        near = near_images(targets, self._balls, self._close.widest, self._lattice)
         single = np.ascontiguousarray(points[:, :, None])
         self._correct(self._near(single, near), force, resisted, found)
         return found
 
     def _near(self, points: Array, near: NearImages) -> list[Any]:
         """Return the corrections at points (body, 3, point), in blocks of bodies."""
-        interaction = self._interaction
         plain = self._quadrature, self._polynomials
         listed = near.start, near.source, near.shift
         blocks = -(-len(points) // _BODIES)
@@ -186,7 +185,7 @@ class EwaldScene(AbstractSpectralScene):
                 listed,
                 self._sources,
                 plain,
-                interaction.close.arguments,
+                self._close.arguments,
                 quadrature_rules(),
             )
 

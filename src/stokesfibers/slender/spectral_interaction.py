@@ -24,6 +24,8 @@ from stokesfibers.summation.close_approach import AbstractCloseApproach
 
 _SIZES = np.arange(8, 264, 8)
 _EXPONENT = 1.5  # the rule on N nodes errs like rho^(-1.5 N) at least, where N modes are needed
+_STRAIGHT = 1e-6  # a curvature times length
+_WIDEST = 4.0  # reaches of a straight source within which a bent one may need rows
 
 
 class AbstractSpectralScene(abc.ABC):
@@ -87,6 +89,8 @@ class CloseSettings:
     ----------
     reach
         Distance from each source below which its nodes are not enough, (fiber,).
+    rho
+        Bernstein ellipse about a source, as [-1, 1], within which a root of |R|^2 must not lie.
     d0
         d_0 of each source, (fiber,).
     smooth
@@ -96,6 +100,7 @@ class CloseSettings:
     """
 
     reach: Array
+    rho: float
     d0: Array
     smooth: bool
     digits: float
@@ -122,13 +127,45 @@ class CloseSettings:
         radius = np.array([f.eps * f.length for f in fibers])
         # no grid spacing here: d_0 is the given one, or 2 eps L
         _, _, d0, smooth = close_approach.settings(np.zeros(len(fibers)), radius)
-        reach = np.maximum(lengths * plain_reach(fibers[0].count, tolerance), 2.0 * d0)
-        return cls(reach, d0, smooth, float(-np.log(tolerance)))
+        nodes = fibers[0].count
+        reach = np.maximum(lengths * plain_reach(nodes, tolerance), 2.0 * d0)
+        return cls(reach, plain_ellipse(nodes, tolerance), d0, smooth, float(-np.log(tolerance)))
+
+    def around(self, modes: Array, fibers: tuple[SpectralFiber, ...]) -> CloseExtents:
+        """Return the settings for shapes with position modes for unit length, (fiber, 3, N)."""
+        bends = np.linalg.norm(np.matmul(modes, fibers[0].tables[2].T), axis=1)
+        turns = bends @ (fibers[0].quadrature / fibers[0].length)
+        tightest = np.maximum(bends.max(axis=1), _STRAIGHT)
+        straight = plain_reach(fibers[0].count, float(np.exp(-self.digits)))
+        # outside a circle of curvature k, distance d, the roots are log(1 + k d) / k off the source
+        wider = np.minimum(np.expm1(tightest * straight) / tightest, _WIDEST * straight)
+        lengths = np.array([f.length for f in fibers])
+        return CloseExtents(self, np.maximum(self.reach, lengths * wider), modes.shape[2] + turns)
+
+
+@dataclass(frozen=True)
+class CloseExtents:
+    """The same for fibers of given shapes: what the kernels take.
+
+    Attributes
+    ----------
+    settings
+        What does not depend on shapes.
+    widest
+        Distance from each source beyond which its nodes are enough, (fiber,).
+    modes
+        Oscillations that its force and its shape may hold, (fiber,).
+    """
+
+    settings: CloseSettings
+    widest: Array
+    modes: Array
 
     @property
-    def arguments(self) -> tuple[Array, Array, bool, float]:
+    def arguments(self) -> tuple[Array, Array, float, Array, Array, bool, float]:
         """What the kernels take."""
-        return (self.reach, self.d0, self.smooth, self.digits)
+        s = self.settings
+        return (s.reach, self.widest, s.rho, self.modes, s.d0, s.smooth, s.digits)
 
 
 @cache
@@ -141,11 +178,16 @@ def quadrature_rules() -> tuple[Array, Array, Any]:
     return nodes, weights, _SIZES
 
 
+def plain_ellipse(nodes: int, tolerance: float) -> float:
+    """Return the Bernstein ellipse from which on the rule on the nodes errs by `tolerance`."""
+    return tolerance ** (-1.0 / (_EXPONENT * nodes))
+
+
 def plain_reach(nodes: int, tolerance: float) -> float:
     """Return the distance, over the length, from which the rule on the nodes errs by `tolerance`.
 
     A point at distance d from the middle of a straight fiber lies on the Bernstein ellipse with
     ``rho = 2 d + sqrt(4 d^2 + 1)``.
     """
-    rho = tolerance ** (-1.0 / (_EXPONENT * nodes))
+    rho = plain_ellipse(nodes, tolerance)
     return 0.25 * (rho - 1.0 / rho)

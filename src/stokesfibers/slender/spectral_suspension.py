@@ -110,6 +110,7 @@ class SpectralScene(AbstractSpectralScene):
         self._to_legendre = fibers[0].to_legendre.T
         series = np.matmul(scaled, fibers[0].position_series)
         self._sources = (self._x, series, fibers[0].sigma, lengths, self._doublets)
+        self._close = interaction.close.around(modes, fibers).arguments
         self._middles = np.ascontiguousarray(scaled[:, :, 0])
         far = interaction.far
         sources = FarSources(self._x, series, lengths, self._doublets)
@@ -165,7 +166,7 @@ class SpectralScene(AbstractSpectralScene):
             shift,
             interaction.near_shifts,
             self._sources,
-            interaction.close.arguments,
+            self._close,
             quadrature_rules(),
         )
         return shift, near, None if self._far is None else self._far.prepare(points, own, shift)

@@ -21,7 +21,7 @@ from stokesfibers.slender.mobility import slenderness_constant
 
 
 def legendre_eigenvalue(n: int | Array) -> Array:
-    """Return lambda_n = 2 sum_{i=1}^n 1/i of (B.5).
+    """Return lambda_n = 2 sum_{i=1}^n 1/i of (B.4), (B.5).
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def crossing(eps: float) -> int:
 
 
 def straight_operator(weights: FinitePartWeights, eps: float) -> Array:
-    """Return -c + S_delta on nodal values of a piecewise linear density, (node, node).
+    """Return -c + S_delta, (B.3), on nodal values of a piecewise linear density, (node, node).
 
     Parameters
     ----------

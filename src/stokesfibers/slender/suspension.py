@@ -139,7 +139,10 @@ class Scene:
         return out
 
     def velocity(self, targets: Array, force: Array, centreline: Array) -> Array:
-        """Return what all other fibers and images add to (6) at `targets` (fiber, point, 3)."""
+        """Return what all other fibers and images add to (6) at `targets` (fiber, point, 3).
+
+        V and W are (17), (18); the sum over images is (40) as the image sum has it, e.g. (42).
+        """
         sources = self._sources(force, centreline)
         out = np.empty(targets.shape)
         count, points = targets.shape[:2]
@@ -176,7 +179,10 @@ class Scene:
         return self.velocity(targets, force, centreline).transpose(0, 2, 1)
 
     def stretching(self, force: Array, centreline: Array) -> Array:
-        """Return Phi of (26), x_s . d/ds of `velocity`, by (33); (fiber, node), ends zero."""
+        """Return Phi of (26), x_s . d/ds of `velocity`, by (33); (fiber, node), ends zero.
+
+        With images it is (43).
+        """
         half = 0.5 * (self._x[:, :, 1:] + self._x[:, :, :-1])
         targets = np.ascontiguousarray(half.transpose(0, 2, 1))
         change = np.diff(self.velocity(targets, force, centreline), axis=1)

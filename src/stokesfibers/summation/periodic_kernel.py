@@ -139,7 +139,7 @@ class ReplacedImages:
 
 @dataclass(frozen=True)
 class ExactImages(AbstractImageSum):
-    """All images of one periodic direction, for the high-order engine."""
+    """All images of one periodic direction, (40), for the high-order engine."""
 
     kind: ClassVar[str] = "exact"
     citation: ClassVar[str] = "stokesfibers, theory page 'Periodic images'"

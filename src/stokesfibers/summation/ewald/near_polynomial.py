@@ -22,7 +22,7 @@ from stokesfibers.core.arrays import Array
 from stokesfibers.core.errors import InputError
 from stokesfibers.summation.ewald.split import Split
 
-KERNELS = (("single", 13), ("double", 20), ("double", 27))
+KERNELS = (("single", 13), ("double", 20), ("double", 27), ("double", 34))
 """Precision and degree of the kernels, cheapest first; each is compiled when first used."""
 BLOCK = 7
 """Coefficients the kernels take at a time; divides each degree plus one."""
