@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from stokesfibers.cli.failure import DONE, INTERRUPTED, RUN_FAILED, complain
-from stokesfibers.cli.words import duration, plural
+from stokesfibers.cli.words import duration, plural, warn
 
 if TYPE_CHECKING:
     from stokesfibers.run.simulate import Result
@@ -23,6 +23,7 @@ def say_how_it_ended(result: Result, out: Path, *, quiet: bool) -> int:
     if status.code == "interrupted":
         click.echo(f"Interrupted at t = {status.time:.6g}; stored in {out}.", err=True)
         click.echo(f"Go on with: stokesfibers resume {out}", err=True)
+        _say_doubts(result)
         return INTERRUPTED
     if not quiet:
         steps = result.data["numerics"].to_dataset()["wall_time"]
@@ -32,5 +33,18 @@ def say_how_it_ended(result: Result, out: Path, *, quiet: bool) -> int:
         click.echo(f"t = {status.time:.6g}, {count} in {wall}, stored in {out}.")
         if status.explanation:
             click.echo(f"{status.explanation}.")
+        if status.trust == "trusted":
+            click.echo("The run watched its own error and can be trusted.")
+    _say_doubts(result)
+    if not quiet:
         click.echo(f"Next: stokesfibers show {out}, stokesfibers plot {out} panels")
     return DONE
+
+
+def _say_doubts(result: Result) -> None:
+    """Say why the run cannot be trusted, also to who asked for quiet: it is what went wrong."""
+    reasons = result.status.reasons
+    if reasons:
+        warn("the run is doubtful.")
+    for reason in reasons:
+        click.echo(f"  {reason}.", err=True)

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stokesfibers.cli.failure import guarded
+from stokesfibers.cli.failure import BAD_INPUT, DONE, complain, guarded
 from stokesfibers.cli.options import run_argument
-from stokesfibers.cli.words import duration, heading, lines, number
+from stokesfibers.cli.words import duration, heading, lines, number, plural
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,6 +23,9 @@ _EXTREMES = {
     "largest_curvature": "largest curvature",
     "largest_tension": "largest tension",
     "first_normal_stress_difference": "largest N_1",
+    "energy_error": "largest error of the power balance",
+    "motion_error": "largest distance off the equation of motion",
+    "force_error": "largest net elastic force, relative",
 }
 _LEAST_VALUES = 16  # recorded in the second half, for averages
 _COLOURS = {"done": "green", "failed": "red", "interrupted": "yellow", "running": "cyan"}
@@ -32,21 +35,33 @@ _COLOURS = {"done": "green", "failed": "red", "interrupted": "yellow", "running"
 @run_argument
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @guarded
-def show(*, run: Path, as_json: bool) -> None:
+def show(*, run: Path, as_json: bool) -> int:
     """Say what the run in the folder RUN holds, how it ended, and what to do next.
+
+    It says whether the result can be trusted and why not, and looks at each stored value: what is
+    damaged is named, with the times that are lost, and the exit code is 2 then.
 
     A run in progress can be shown too: what is complete is shown.
     """
     facts = _facts(run)
+    code = BAD_INPUT if facts["damaged"] else DONE
     if as_json:
         click.echo(json.dumps(facts, indent=2, allow_nan=False))
-        return
+        return code
+    _say(facts, run)
+    _say_damage(facts["damaged"], run)
+    return code
+
+
+def _say(facts: dict[str, Any], run: Path) -> None:
+    """Print what the run holds."""
     status = facts["status"]
     click.secho(f"{status['code']} ", fg=_COLOURS.get(status["code"]), bold=True, nl=False)
     click.echo(f"at t = {number(status['time'])} of {number(facts['until'])}: {run}")
     for text in (status["explanation"], status["hint"]):
         if text:
             click.echo(f"  {text.rstrip('.')}.")
+    _say_trust(status)
     heading("Records")
     lines(_record_rows(facts))
     if facts["extremes"]:
@@ -63,37 +78,83 @@ def show(*, run: Path, as_json: bool) -> None:
     click.echo(f"\n{_advice(status['code'], run)}")
 
 
+def _say_trust(status: dict[str, Any]) -> None:
+    """Print whether the result can be trusted; runs of older versions do not know."""
+    from stokesfibers.core.status import Status
+
+    held = Status.from_dict(status)
+    if held.trust == "trusted":
+        click.secho("trusted", fg="green", bold=True, nl=False)
+        click.echo(": the run watched its own error, and all of it is within limits")
+    elif held.trust:
+        click.secho("doubtful", fg="yellow", bold=True)
+        for reason in held.reasons:
+            click.echo(f"  {reason}.")
+
+
+def _say_damage(damaged: list[dict[str, Any]], run: Path) -> None:
+    """Print which values are lost, to standard error."""
+    if not damaged:
+        return
+    complain(f"{run}: {plural(len(damaged), 'damaged chunk')}. What is lost:")
+    for one in damaged:
+        first, last = one["records"]
+        lost = f"records {first} to {last - 1} of {one['array']}"
+        if one["times"] is not None:
+            lost += f", t = {number(one['times'][0])} to {number(one['times'][1])}"
+        click.echo(f"  {one['chunk']} {one['fault']}: {lost}", err=True)
+    click.echo("  All else can be read. Put the files back from a copy if there is one.", err=True)
+
+
 def _facts(run: Path) -> dict[str, Any]:
     """Return everything the command says, as JSON-ready values."""
-    from stokesfibers.io.reader import open_run
+    from stokesfibers.io.integrity import damages
     from stokesfibers.io.store import RunStore
     from stokesfibers.run.simulate import stored_case
 
     store = RunStore.open(run)
     case = stored_case(store)
-    data = open_run(run)
-    attributes = store.attributes
+    attributes, damaged = store.attributes, damages(run)
+    numerics, observables = _readable(run, {one.array for one in damaged})
     return {
         "path": str(run),
         "status": store.status,
         "until": case["stepping"]["until"],
         "records": store.lengths,
-        "wall_seconds": float(data["numerics"].to_dataset()["wall_time"].sum()),
-        "steps": _steps(data),
-        "extremes": list(_extremes(data)),
-        "averages": list(_averages(data)),
+        "damaged": [asdict(one) for one in damaged],
+        "wall_seconds": float(numerics["wall_time"].sum()) if "wall_time" in numerics else 0.0,
+        "steps": _steps(numerics),
+        "extremes": list(_extremes(observables)),
+        "averages": list(_averages(observables)),
         "case": case,
         "provenance": json.loads(attributes["provenance"]),
         "resumed": json.loads(attributes.get("resumed", "[]")),
     }
 
 
-def _steps(data: xr.DataTree) -> dict[str, Any]:
+def _readable(run: Path, lost: set[str]) -> tuple[xr.Dataset, xr.Dataset]:
+    """Return numerics and observables, without the arrays that lost something."""
+    import xarray as xr
+
+    from stokesfibers.io.reader import open_run
+
+    if any(name.endswith("/time") for name in lost):  # without it the others cannot be placed
+        return xr.Dataset(), xr.Dataset()
+    data = open_run(run)
+    one, other = (
+        data[group].to_dataset().drop_vars([n.split("/")[1] for n in lost], errors="ignore")
+        for group in ("numerics", "observables")
+    )
+    return one, other
+
+
+def _steps(numerics: xr.Dataset) -> dict[str, Any]:
     """Return what the steps were like: their lengths, orders, nodes, and how many were rejected."""
-    numerics = data["numerics"].to_dataset()
-    if not numerics.sizes["step"]:
-        return {}
-    found: dict[str, Any] = {"rejected": int(numerics["rejected"].sum())}
+    found: dict[str, Any] = {}
+    if not numerics.sizes.get("step", 0):
+        return found
+    if "rejected" in numerics:
+        found["rejected"] = int(numerics["rejected"].sum())
     for name in ("step_size", "order", "nodes", "iterations"):
         if name not in numerics:
             continue  # a run of an older version
@@ -102,14 +163,15 @@ def _steps(data: xr.DataTree) -> dict[str, Any]:
     return found
 
 
-def _extremes(data: xr.DataTree) -> Iterator[dict[str, Any]]:
+def _extremes(observables: xr.Dataset) -> Iterator[dict[str, Any]]:
     import numpy as np
 
-    observables = data["observables"].to_dataset()
-    times = observables["time"].to_numpy()
-    if not len(times):  # killed before its first record
+    if not observables.sizes.get("time", 0):  # killed before its first record
         return
+    times = observables["time"].to_numpy()
     for name, meaning in _EXTREMES.items():
+        if name not in observables:
+            continue
         values = observables[name].to_numpy().reshape(len(times), -1)
         if not np.isfinite(values).any():
             continue
@@ -122,16 +184,17 @@ def _extremes(data: xr.DataTree) -> Iterator[dict[str, Any]]:
         }
 
 
-def _averages(data: xr.DataTree) -> Iterator[dict[str, Any]]:
+def _averages(observables: xr.Dataset) -> Iterator[dict[str, Any]]:
     """Yield block averages of the stress per volume over the second half of what is recorded."""
     import numpy as np
 
     from stokesfibers.observe.averages import block_average
 
-    observables = data["observables"].to_dataset()
+    if "particle_stress" not in observables:
+        return
     times = observables["time"].to_numpy()
     late = times >= 0.5 * times[-1] if len(times) else np.zeros(0, dtype=bool)
-    if "particle_stress" not in observables or late.sum() < _LEAST_VALUES:
+    if late.sum() < _LEAST_VALUES:
         return
     p = observables["particle_stress"].to_numpy()[late]
     series = {

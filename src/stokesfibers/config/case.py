@@ -112,6 +112,8 @@ def load_case(
 
 def read_tables(file: Path) -> Table:
     """Return the tables of a TOML file; InputError if it cannot be read."""
+    if file.exists() and not file.is_file() and not file.is_dir():  # a device has no end
+        raise InputError(str(file), "a readable TOML file", "something that is no file")
     try:
         text = file.read_text(encoding="utf-8")
     except FileNotFoundError:

@@ -50,13 +50,15 @@ def vector3(where: str, value: object) -> tuple[float, float, float]:
     return x, y, z
 
 
-def whole(where: str, value: object, least: int) -> int:
-    """Return `value` as an int; InputError unless it is a whole number of at least `least`."""
-    expected = f"a whole number, {least} or more"
+def whole(where: str, value: object, least: int, most: int | None = None) -> int:
+    """Return `value` as an int; InputError unless it is a whole number, `least` to `most`."""
+    expected = (
+        f"a whole number, {least} or more" if most is None else f"a whole number, {least} to {most}"
+    )
     value = _unwrapped(value)
     if isinstance(value, bool) or not isinstance(value, int):
         raise InputError(where, expected, _shown(value))
-    if value < least:
+    if value < least or (most is not None and value > most):
         raise InputError(where, expected, _shown(value))
     return value
 

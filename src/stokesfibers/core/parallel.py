@@ -18,6 +18,12 @@ from stokesfibers.core.team import ALONE, AbstractTeam
 Task = Callable[[int], None]
 
 
+def cores() -> int:
+    """Return how many cores this process may use; all of them where a system cannot tell."""
+    told = getattr(os, "sched_getaffinity", None)
+    return len(told(0)) if told is not None else os.cpu_count() or 1
+
+
 class Workers:
     """Runs a task for each fiber on a fixed number of threads.
 
@@ -35,10 +41,10 @@ class Workers:
     """
 
     def __init__(self, threads: int | None = None, team: AbstractTeam = ALONE) -> None:
-        cores = len(os.sched_getaffinity(0))
-        if threads is not None and checks.whole("threads", threads, 1) > cores:
-            raise InputError("threads", f"at most {cores}, the cores of this machine", threads)
-        self.threads = threads or max(1, cores // team.neighbours)
+        available = cores()
+        if threads is not None and checks.whole("threads", threads, 1) > available:
+            raise InputError("threads", f"at most {available}, the cores of this machine", threads)
+        self.threads = threads or max(1, available // team.neighbours)
         self.team = team
         self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
 

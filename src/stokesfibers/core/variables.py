@@ -146,6 +146,10 @@ _OBSERVABLES: tuple[tuple[str, tuple[str, ...], str, str, str], ...] = (
     ),
     ("strain", (), "1", r"\gamma", "strain of the sheared cell"),
     ("largest_tension", ("fiber",), "force", r"\max|T|", "largest tension in magnitude"),
+    ("force_error", (), "1", r"\epsilon_F", "net elastic force of a fiber, relative, largest"),
+    ("torque_error", (), "1", r"\epsilon_M", "net elastic torque of a fiber, relative, largest"),
+    ("energy_error", (), "1", r"\epsilon_E", "energy missing so far over energy dissipated"),
+    ("motion_error", (), "1", r"\epsilon_v", "distance off the equation of motion so far"),
 )
 
 _NUMERICS: tuple[tuple[str, tuple[str, ...], str, str, str, str], ...] = (

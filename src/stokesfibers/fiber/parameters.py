@@ -12,6 +12,9 @@ LARGEST_SLENDERNESS = e**-1.5
 """c + 2 changes sign here: the drag across the fiber would turn negative."""
 RADIUS_PROFILE = "r(s) = 2 eps sqrt(s (L - s)), so that r(L/2) = eps L"
 
+MOST_FIBERS = 10_000_000
+"""Of one kind: more is a slip, and would fill the memory before anything else is looked at."""
+
 
 @dataclass(frozen=True)
 class Fiber:
@@ -40,7 +43,7 @@ class Fiber:
     def __post_init__(self) -> None:
         checks.positive("length", self.length)
         checks.positive("rigidity", self.rigidity)
-        checks.whole("count", self.count, 1)
+        checks.whole("count", self.count, 1, MOST_FIBERS)
         if (self.slenderness is None) == (self.radius is None):
             came = "neither" if self.radius is None else "both"
             raise InputError("slenderness", "either slenderness or radius", came)

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stokesfibers.core.errors import StoreError
+from stokesfibers.io import marker
 from stokesfibers.io.atomic import write_at
-from stokesfibers.io.layout import CHECKPOINT
+from stokesfibers.io.layout import CHECKPOINT, checkpoint_docs
 
 _DTYPES = ("float64", "int64")
 
@@ -70,6 +71,42 @@ def write_slot(folder: Path, slot: int, arrays: Mapping[str, NDArray[Any]]) -> N
         if values.size:
             data = memoryview(values.tobytes())
             write_at(_chunk(folder, name, slot, values.ndim), 0, data, len(data))
+
+
+def write_next(
+    folder: Path,
+    checkpoint: Checkpoint,
+    docs: marker.Docs,
+    *,
+    last: Mapping[str, Any] | None,
+    lengths: Mapping[str, int],
+) -> tuple[marker.Docs, dict[str, Any]]:
+    """Write a checkpoint to the slot that does not count.
+
+    Returns
+    -------
+    The metadata of the whole store, with that of the checkpoint, and the marker's entry for it, as
+    `last` is for the one before: None for none.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be stored, or its arrays changed since the last one.
+    OSError
+        If writing fails.
+    """
+    arrays = prepare(checkpoint.arrays)
+    meta = marker.json_ready(checkpoint.meta, "checkpoint meta")
+    if last is None:
+        docs = {**docs, **checkpoint_docs(arrays)}
+    else:
+        check_unchanged(arrays, docs)
+    slot = 0 if last is None else 1 - last["slot"]
+    write_slot(folder, slot, arrays)
+    if last is None:
+        write_slot(folder, 1, arrays)  # the other slot must not show fill values to readers
+    digested = {"slot": slot, "sha256": digest(arrays, meta), "meta": meta}
+    return docs, {**digested, "lengths": dict(lengths)}
 
 
 def read_slot(

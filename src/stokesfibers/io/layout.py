@@ -1,8 +1,8 @@
 """What a run store holds, and the Zarr files that say so.
 
 The files are made by zarr itself, in memory; the store then writes them to disk in its own safe
-way. Arrays that grow are uncompressed: their chunks are plain little-endian bytes, so records can
-be added to a chunk without touching those before.
+way. Arrays of numbers are uncompressed: their chunks are plain little-endian bytes, with a checksum
+behind them that any reader of Zarr looks at.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from typing import Any
 import numpy as np
 import zarr
 from numpy.typing import NDArray
-from zarr.codecs import BytesCodec
+from zarr.codecs import BytesCodec, Crc32cCodec
 from zarr.storage import MemoryStore
 
 from stokesfibers.core.variables import Variable
+from stokesfibers.io.chunks import fill_value
 
 GROWING = ("time", "step")
 """Dimensions that grow during a run."""
 CHECKPOINT = "checkpoint"
 """Group that only the store itself writes."""
 
-_CHUNK_BYTES = 128 * 1024
+_CHUNK_BYTES = 32 * 1024  # written anew with each commit until it is full
 # Some versions of xarray turn numbers with such a unit into timedelta64.
 _TIME_WORDS = ("days", "hours", "minutes", "seconds", "milliseconds", "microseconds", "nanoseconds")
 _LABELS: dict[str, Sequence[str]] = dict.fromkeys(("space", "i", "j"), ("x", "y", "z"))
 _AS_IS: dict[str, Any] = {
-    "compressors": None,
     "serializer": BytesCodec(endian="little"),
     # Otherwise a chunk of zeros is left out, and with it the sign of -0.0.
     "config": {"write_empty_chunks": True},
@@ -109,6 +109,7 @@ def checkpoint_docs(arrays: Mapping[str, NDArray[Any]]) -> dict[str, dict[str, A
             chunks=(1, *(max(1, n) for n in values.shape)),
             dtype=values.dtype,
             fill_value=0,
+            compressors=None,  # the checksum of a checkpoint is in the marker
             dimension_names=["slot", *(f"{name}_axis{k}" for k in range(values.ndim))],
             **_AS_IS,
         )
@@ -120,7 +121,7 @@ def checkpoint_docs(arrays: Mapping[str, NDArray[Any]]) -> dict[str, dict[str, A
 
 
 def chunk_length(record_bytes: int) -> int:
-    """Return how many records share a chunk (a file): 128 KiB of them, at least one."""
+    """Return how many records share a chunk (a file): 32 KiB of them, at least one."""
     return max(1, _CHUNK_BYTES // max(1, record_bytes))
 
 
@@ -136,7 +137,8 @@ def _add_array(node: zarr.Group, array: ArrayLayout) -> None:
         shape=shape,
         chunks=chunks,
         dtype=dtype,
-        fill_value=0,
+        fill_value=fill_value(dtype),
+        compressors=[Crc32cCodec()],
         attributes=dict(variable.attrs()),
         dimension_names=list(variable.dims),
         **_AS_IS,

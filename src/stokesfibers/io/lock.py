@@ -1,13 +1,16 @@
 """One writer per run store: a locked file inside it.
 
 The lock belongs to the open file, so it vanishes with the process that holds it, however that
-ends. Where the system or the file system has no such locks there is no guard.
+ends. Where the file system has no such locks, as some that are mounted over a network, the name of
+the holder in the file is the guard: a process that is gone from this machine is nobody, one on
+another machine is believed.
 """
 
 from __future__ import annotations
 
 import errno
 import os
+import re
 import socket
 import sys
 from contextlib import suppress
@@ -20,6 +23,7 @@ if sys.platform != "win32":
 
 NAME = ".lock"
 _NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
+_HOLDER = re.compile(r"process (\d+) on (\S+)")
 
 
 def acquire(folder: Path) -> int:
@@ -40,7 +44,7 @@ def acquire(folder: Path) -> int:
                     str(folder),
                     "a run that nothing else is writing",
                     f"one in use by {_holder(fd)}",
-                    "Wait until it ends, or stop it.",
+                    f"Wait until it ends, or stop it. If there is no such process, delete {NAME}.",
                 )
             # The last holder may have removed the file between our open and our lock.
             if _same_file(fd, folder / NAME):
@@ -73,6 +77,23 @@ def _lock(fd: int) -> bool:
     except OSError as error:
         if error.errno not in _NO_LOCKS:
             raise
+        return not _held(_holder(fd))
+    return True
+
+
+def _held(holder: str) -> bool:
+    """Return whether the holder that a lock file names may still be there."""
+    named = _HOLDER.fullmatch(holder)
+    if named is None:
+        return False
+    if named[2] != socket.gethostname():
+        return True
+    try:
+        os.kill(int(named[1]), 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # another user's
+        return True
     return True
 
 

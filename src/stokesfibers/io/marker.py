@@ -13,14 +13,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import google_crc32c  # of zarr, whose codec it is
+
 from stokesfibers.core.errors import StoreError
 from stokesfibers.io.atomic import write_atomic
 from stokesfibers.io.layout import GROWING
 
 NAME = "zarr.json"
 FORMAT = "stokesfibers-run"
-FORMAT_VERSION = 1
-RESERVED = ("format", "format_version", "status", "checkpoint")
+FORMAT_VERSION = 2
+"""2: chunks have checksums."""
+_READABLE = (1, 2)
+_SEAL = "crc32c"  # of what says where values are; attributes may be added by hand
+RESERVED = ("format", "format_version", _SEAL, "status", "checkpoint")
 """Attributes of the root that the store itself writes."""
 
 Docs = Mapping[str, Mapping[str, Any]]
@@ -29,7 +34,8 @@ Docs = Mapping[str, Mapping[str, Any]]
 
 def encode(docs: Docs, attributes: Mapping[str, Any]) -> bytes:
     """Return the marker as the bytes of a file."""
-    head = {"format": FORMAT, "format_version": FORMAT_VERSION}
+    seal = _seal(docs, attributes.get("checkpoint"))
+    head = {"format": FORMAT, "format_version": FORMAT_VERSION, _SEAL: seal}
     return _group(docs, {**head, **attributes})
 
 
@@ -88,12 +94,14 @@ def read(path: Path) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
         got = "a Zarr store of another kind"
         raise StoreError(str(path), "a run of stokesfibers", got, "Check the path.")
     version = attributes.get("format_version")
-    if version != FORMAT_VERSION:
+    if version not in _READABLE:
         hint = "Use the version of stokesfibers that wrote it, or a newer one."
         raise StoreError(str(path), f"format version {FORMAT_VERSION}", version, hint)
     try:
         docs = doc["consolidated_metadata"]["metadata"]
         _check_lengths(docs)
+        if attributes.get(_SEAL) not in (None, _seal(docs, attributes.get("checkpoint"))):
+            raise ValueError("its checksum does not match")
     except (KeyError, TypeError, ValueError) as error:
         raise StoreError(
             str(path), f"a complete {NAME}", f"a damaged one ({error!r})", "Restore it from a copy."
@@ -153,3 +161,12 @@ def _check_lengths(docs: Docs) -> None:
     for path, doc in growing(docs).items():
         if doc["shape"][0] != known[path.split("/")[0]]:
             raise ValueError(f"{path} has {doc['shape'][0]} records, its group another number")
+
+
+def _seal(docs: Docs, checkpoint: Mapping[str, Any] | None) -> str:
+    """Return the checksum of the metadata and of the entry of the checkpoint; older ones have none.
+
+    It is of their content and not of the bytes, which other tools may write in another way.
+    """
+    text = json.dumps([docs, checkpoint], sort_keys=True, allow_nan=False)
+    return f"{google_crc32c.value(text.encode()):08x}"

@@ -1,4 +1,4 @@
-"""Reading a run as labelled data."""
+"""Reading a run as labelled data; values that were changed on the disk are refused by name."""
 
 from __future__ import annotations
 
@@ -14,13 +14,19 @@ if TYPE_CHECKING:
 def open_run(path: str | Path) -> xarray.DataTree:
     """Open a run for reading, lazily, as a tree of labelled datasets.
 
+    A chunk whose bytes are not those that were written raises StoreError, with its name, when its
+    values are asked for. One that is missing gives NaN, -1 for whole numbers, and a warning.
+
     Raises
     ------
     StoreError
         If there is no usable run of ours at `path`.
     """
-    marker.read(Path(path))
+    where = Path(path)
+    docs, _ = marker.read(where)
     # Slow to import, and a run in progress does not need it.
     import xarray
 
-    return xarray.open_datatree(path, engine="zarr")
+    from stokesfibers.io.checked import CheckedStore
+
+    return xarray.open_datatree(CheckedStore(where, docs), engine="zarr")  # type: ignore[arg-type]

@@ -3,7 +3,7 @@
 Data are written first; then one file, the marker (see `marker`), is replaced atomically and says
 how much of the data is valid. A process killed at any moment, or a full disk, leaves the state of
 the last commit. (After a power cut the data are as safe as the file system makes bytes that were
-not waited for; a checkpoint that suffered is told by its checksum.)
+not waited for; what suffered is told by its checksum.)
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ from stokesfibers.io import lock, marker
 from stokesfibers.io.atomic import disk_errors, write_atomic
 from stokesfibers.io.checkpoint import Checkpoint
 from stokesfibers.io.create import create_folder
-from stokesfibers.io.layout import ArrayLayout, checkpoint_docs
-from stokesfibers.io.records import RecordArray, count_records
+from stokesfibers.io.integrity import refuse_damage
+from stokesfibers.io.layout import ArrayLayout
+from stokesfibers.io.records import RecordArray, RecordWriter, count_records
 
 
 @final
@@ -88,7 +89,7 @@ class RunStore:
         ------
         StoreError
             If there is no usable run of ours at `path`; with ``"a"`` also if another writer has
-            it open or its checkpoint is damaged.
+            it open, or if its checkpoint or another part is damaged.
         """
         where = Path(path).resolve()
         if mode == "r":
@@ -100,6 +101,7 @@ class RunStore:
             store = cls(where, lock.acquire(where))
         try:
             store.checkpoint()
+            refuse_damage(where)
             # A kill may have come between the marker and the copies.
             with disk_errors(where):
                 marker.write_copies(where, store._docs)
@@ -117,6 +119,7 @@ class RunStore:
             path: RecordArray.from_doc(path, doc)
             for path, doc in marker.growing(self._docs).items()
         }
+        self._writers = {p: RecordWriter(self.path, array) for p, array in self._arrays.items()}
         self._lengths = marker.lengths(self._docs)
         self._appended = dict(self._lengths)
 
@@ -134,6 +137,11 @@ class RunStore:
     def lengths(self) -> dict[str, int]:
         """Number of valid (committed) records of each group that grows."""
         return dict(self._lengths)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """What can be appended, as ``"group/name"``."""
+        return frozenset(self._arrays)
 
     def set_attributes(self, attributes: Mapping[str, Any]) -> None:
         """Add or replace attributes of the root; valid from the next commit on."""
@@ -153,7 +161,7 @@ class RunStore:
         ValueError
             If arrays are missing, unknown or do not fit; nothing is written then.
         StoreError
-            If writing fails; what was committed is intact, and the call can be repeated.
+            As of `commit`: chunks that are full are written at once.
         """
         self._check_writable()
         unknown = records.keys() - self._arrays.keys()
@@ -163,7 +171,7 @@ class RunStore:
         counts = count_records(self._arrays, ready)
         with disk_errors(self.path):
             for path, values in ready.items():
-                self._arrays[path].write(self.path, self._appended[path.split("/")[0]], values)
+                self._writers[path].put(self._appended[path.split("/")[0]], values)
         for group, count in counts.items():
             self._appended[group] += count
 
@@ -175,13 +183,20 @@ class RunStore:
         ValueError
             If status or checkpoint cannot be stored, or the checkpoint's arrays changed.
         StoreError
-            If writing fails; the store then holds the last state, or the new one, as a whole.
+            If writing fails; the store then holds the last state, or the new one, as a whole,
+            and the call can be repeated.
         """
         self._check_writable()
         marked = {**self._marked, "status": marker.json_ready(marker.finite(status), "status")}
+        with disk_errors(self.path):
+            for writer in self._writers.values():
+                writer.flush()
         docs = self._docs
         if checkpoint is not None:
-            docs, marked["checkpoint"] = self._write_checkpoint(checkpoint)
+            with disk_errors(self.path):
+                docs, marked["checkpoint"] = slots.write_next(
+                    self.path, checkpoint, docs, last=marked["checkpoint"], lengths=self._appended
+                )
         self._mark(docs, marked, self._appended)
 
     def truncate(self, lengths: Mapping[str, int]) -> None:
@@ -257,29 +272,6 @@ class RunStore:
     def _check_writable(self) -> None:
         if self._unlock is None or not self._unlock.alive:
             raise StoreError(str(self.path), "a store open for writing", "one closed or read-only")
-
-    def _write_checkpoint(self, checkpoint: Checkpoint) -> tuple[marker.Docs, dict[str, Any]]:
-        arrays = slots.prepare(checkpoint.arrays)
-        meta = marker.json_ready(checkpoint.meta, "checkpoint meta")
-        last = self._marked["checkpoint"]
-        if last is None:
-            docs = {**self._docs, **checkpoint_docs(arrays)}
-        else:
-            docs = self._docs
-            slots.check_unchanged(arrays, docs)
-        slot = 0 if last is None else 1 - last["slot"]
-        with disk_errors(self.path):
-            slots.write_slot(self.path, slot, arrays)
-            if last is None:
-                # The other slot must not show fill values to readers.
-                slots.write_slot(self.path, 1, arrays)
-        entry = {
-            "slot": slot,
-            "sha256": slots.digest(arrays, meta),
-            "meta": meta,
-            "lengths": dict(self._appended),
-        }
-        return docs, entry
 
     def _mark(
         self,

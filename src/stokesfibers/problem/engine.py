@@ -26,6 +26,7 @@ from stokesfibers.summation.close_approach import (
 STEP_PER_SPACING = 1.28
 """dt rate / (h / L) of all the paper's runs."""
 BETA_PER_RATE = 20.0
+MOST_INTERVALS = 100_000
 LARGEST_BETA_STEP = 0.5
 """dt beta of the default step; the explicit penalisation is unstable from 2/3 on."""
 
@@ -97,7 +98,7 @@ class PaperEngine(AbstractEngine):
     close_approach: ClassVar[type[AbstractCloseApproach]] = PaperCloseApproach
 
     def __post_init__(self) -> None:
-        checks.whole("intervals", self.intervals, LEAST_INTERVALS)
+        checks.whole("intervals", self.intervals, LEAST_INTERVALS, MOST_INTERVALS)
         if self.dt is not None:
             checks.positive("dt", self.dt)
         if self.beta is not None:
@@ -124,6 +125,7 @@ class PaperEngine(AbstractEngine):
 
 DEFAULT_RTOL = 1e-4
 LEAST_NODES = 8
+MOST_NODES = 4096
 _FIXED_ORDER = 2
 _NODES_PER_DIGIT = 9.0  # at mu_bar = 4e5; from runs that buckle, 2e5 to 4e5, 1e-3 to 1e-7
 _BENDS = 0.6  # power of mu_bar with which the bends a fiber takes multiply
@@ -171,7 +173,7 @@ class SpectralEngine(AbstractEngine):
 
     def __post_init__(self) -> None:
         if self.nodes is not None:
-            checks.whole("nodes", self.nodes, LEAST_NODES)
+            checks.whole("nodes", self.nodes, LEAST_NODES, MOST_NODES)
         if self.adapt_nodes is not None and not isinstance(self.adapt_nodes, bool):
             raise InputError("adapt_nodes", "true or false", self.adapt_nodes)
         if self.rtol is not None and self.dt is not None:

@@ -67,7 +67,7 @@ def _domain(table: Table) -> tuple[AbstractDomain, AbstractImageSum]:
     if not image_table:
         return domain, EngineImages()
     name = image_table.pop("sum", FastImages.kind if domain.kind == "sheared" else "images")
-    if name not in IMAGE_SUMS:
+    if not isinstance(name, str) or name not in IMAGE_SUMS:
         raise InputError("domain.sum", f"one of {', '.join(IMAGE_SUMS)}", repr(name))
     return domain, build(IMAGE_SUMS[name], image_table, "domain")
 
@@ -82,6 +82,6 @@ def _close_approach(model: Table) -> AbstractCloseApproach:
 def _solver(constraint: Table) -> AbstractTensionSolver:
     table = {key: constraint[key] for key in SOLVER_KEYS if key in constraint}
     name = table.pop("solver", "fixed_point")
-    if name not in TENSION_SOLVERS:
+    if not isinstance(name, str) or name not in TENSION_SOLVERS:
         raise InputError("constraint.solver", f"one of {', '.join(TENSION_SOLVERS)}", repr(name))
     return build(TENSION_SOLVERS[name], table, "constraint")

@@ -89,6 +89,7 @@ def advance(
         if fresh:
             recorder.start(carry)
         status, last = _advance(recorder, stepper, carry, goal)
+        status = recorder.judged(status)
         recorder.commit(last, status)
     except StoreError as error:
         return Status(

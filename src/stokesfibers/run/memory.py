@@ -33,6 +33,11 @@ class MemorySink:
         self._status: dict[str, Any] = {}
 
     @property
+    def names(self) -> frozenset[str]:
+        """What can be appended."""
+        return frozenset(self._layout)
+
+    @property
     def lengths(self) -> dict[str, int]:
         """Number of records by group."""
         found = {key.split("/")[0]: sum(map(len, parts)) for key, parts in self._parts.items()}

@@ -11,6 +11,8 @@ import numpy as np
 from stokesfibers.core.status import Status
 from stokesfibers.domain.crossings import Crossing
 from stokesfibers.io.checkpoint import Checkpoint
+from stokesfibers.observe.snapshot import Snapshot
+from stokesfibers.run.health import Health
 from stokesfibers.run.layout import (
     OutputPoints,
     Records,
@@ -27,6 +29,11 @@ from stokesfibers.stepping.report import StepReport
 
 class Sink(Protocol):
     """Where records go: a store on disk or memory."""
+
+    @property
+    def names(self) -> frozenset[str]:
+        """What can be appended, as ``"group/name"``; stores of older versions hold less."""
+        ...
 
     def set_attributes(self, attributes: Mapping[str, Any]) -> None:
         """Set attributes of the run; they count from the next commit on."""
@@ -52,6 +59,8 @@ class Recorder(Generic[C]):
         Shows the fibers at a time.
     schedule
         What is recorded when.
+    health
+        Watches the run's own error.
     recorded
         Simulated time up to which everything due has been recorded.
 
@@ -73,12 +82,14 @@ class Recorder(Generic[C]):
         stepper: AbstractStepper[C],
         schedule: Schedule,
         *,
+        health: Health[C],
         recorded: float = 0.0,
     ) -> None:
         self._sink = sink
         self._stepper = stepper
         self._schedule = schedule
         self._points = OutputPoints(schedule.points)
+        self._health = health
         self._reports: list[StepReport] = []
         self._saved = recorded  # time of the last checkpoint
         self.recorded = recorded
@@ -90,13 +101,15 @@ class Recorder(Generic[C]):
         """Record the initial state and commit it."""
         moment = snapshot(self._stepper, carry)
         self._sink.append(trajectory_records(moment, self._points))
-        self._sink.append(observable_records(moment))
+        self._sink.append(self._observed(moment))
         self.commit(carry, Status("running", moment.time))
 
     def step(self, carry: C, report: StepReport, until: float) -> None:
         """Record what became due, up to `until`, in the step that led to `carry`."""
         self._reports.append(report)
         self.spatial_error = float(np.fmax(self.spatial_error, report.spatial_error))
+        self._health.note("spatial_error", report.spatial_error, report.time)
+        self._health.step(carry)
         self.catch_up(carry, until)
 
     def catch_up(self, carry: C, until: float) -> None:
@@ -108,13 +121,19 @@ class Recorder(Generic[C]):
         seen = self._due(schedule.observables_interval, before, end)
         if seen:
             moments = (snapshot(self._stepper, carry, t) for t in seen)
-            self._sink.append(together([observable_records(moment) for moment in moments]))
+            self._sink.append(together([self._observed(moment) for moment in moments]))
         places = self._due(schedule.positions_every, before, end)
         if places:
             moments = (snapshot(self._stepper, carry, t) for t in places)
             self._sink.append(together([trajectory_records(m, self._points) for m in moments]))
             due = is_due(schedule.checkpoint_interval, self._saved, end)
             self.commit(carry if due else None, Status("running", end))
+
+    def _observed(self, moment: Snapshot) -> Records:
+        """Return the observables of a moment, with those of the run's health."""
+        records = observable_records(moment)
+        found = records | self._health.observed(records)
+        return {name: values for name, values in found.items() if name in self._sink.names}
 
     def _due(self, interval: float, before: float, end: float) -> list[float]:
         """Return the times to record: the due ones themselves if dense, else the step's end."""
@@ -125,6 +144,12 @@ class Recorder(Generic[C]):
         """Take over the crossings that a stopped run had noted up to time `until`."""
         self.crossings = [c for c in json.loads(crossings) if c["time"] <= until * (1.0 + 1e-9)]
 
+    def recall_errors(self, checkpoint: Checkpoint | None) -> None:
+        """Take over what a stopped run knew of its own error at its last checkpoint."""
+        if checkpoint is not None:
+            self.spatial_error = float(checkpoint.meta["spatial_error"])
+            self._health.recall(checkpoint.meta.get("health"))
+
     def note_crossings(self, found: tuple[Crossing, ...], report: StepReport) -> None:
         """Keep which fibers passed through each other in a step, and when."""
         for c in found:
@@ -133,8 +158,16 @@ class Recorder(Generic[C]):
         if found:
             self._sink.set_attributes({"crossings": json.dumps(self.crossings)})
 
+    def judged(self, status: Status) -> Status:
+        """Return `status` with whether the run can be trusted so far."""
+        return self._health.judged(status, self.crossings)
+
     def commit(self, carry: C | None, status: Status) -> None:
-        """Commit all records, with `carry` as checkpoint unless None."""
+        """Commit all records, with `carry` as checkpoint unless None.
+
+        The status is stored with whether the run can be trusted.
+        """
+        status = self.judged(status)
         if self._reports:
             self._sink.append(step_records(self._reports))
             self._reports = []
@@ -144,6 +177,7 @@ class Recorder(Generic[C]):
                 "step": carry.step,
                 "recorded": self.recorded,
                 "spatial_error": self.spatial_error,
+                "health": self._health.state(),
             }
             checkpoint = Checkpoint(self._stepper.stored(carry), meta)
         self._sink.commit(status.to_dict(), checkpoint)

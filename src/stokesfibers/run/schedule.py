@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from math import floor
 
 from stokesfibers.core import checks
+from stokesfibers.core.errors import InputError
 
+MOST_RECORDS = 1e9
 _ROUNDING = 1e-9  # of an interval: a step that ends on a recording time must count as on it
 
 
@@ -66,6 +68,15 @@ def every(
         See `Schedule`.
     """
     return Schedule(positions, observables, checkpoint, points)
+
+
+def refuse_endless(record: Schedule, until: float) -> None:
+    """Raise InputError if a run to `until` would have more records than any disk holds."""
+    for name in ("positions_every", "observables_every"):
+        interval = getattr(record, name)
+        if interval is not None and until / interval > MOST_RECORDS:
+            expected = f"an interval that gives at most {MOST_RECORDS:.0e} records"
+            raise InputError(f"record.{name}", expected, f"{interval:g} until t = {until:g}")
 
 
 def due_times(interval: float, before: float, now: float) -> list[float]:

@@ -15,13 +15,12 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from stokesfibers.core import checks
-from stokesfibers.core.errors import InputError, StoreError
+from stokesfibers.core.errors import InputError
 from stokesfibers.core.status import Status
-from stokesfibers.core.tables import Table, build, choose, to_table
+from stokesfibers.core.tables import Table, build, to_table
 from stokesfibers.core.team import ALONE, AbstractTeam
-from stokesfibers.fiber.initials import INITIALS
 from stokesfibers.fiber.parameters import RADIUS_PROFILE
-from stokesfibers.io.checkpoint import Checkpoint
+from stokesfibers.io.layout import ArrayLayout
 from stokesfibers.io.provenance import provenance
 from stokesfibers.io.reader import open_run
 from stokesfibers.io.store import RunStore
@@ -29,13 +28,15 @@ from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import problem_from_tables, problem_to_tables
 from stokesfibers.run.advance import Goal, Moment, Watch, advance
+from stokesfibers.run.continued import continued, note_resumption, restarted, stored_case
 from stokesfibers.run.events import Event, StopWhen
+from stokesfibers.run.health import Health, health_layout
 from stokesfibers.run.interrupt import stop_on_signal
 from stokesfibers.run.layout import OutputPoints, layout
 from stokesfibers.run.memory import MemorySink
 from stokesfibers.run.moment import snapshot
 from stokesfibers.run.recorder import Recorder, Sink
-from stokesfibers.run.schedule import Schedule
+from stokesfibers.run.schedule import Schedule, refuse_endless
 from stokesfibers.run.start import Initial, first_carry, nodal_positions
 from stokesfibers.stepping.base import AbstractStepper, C
 from stokesfibers.stepping.engines import stepper_of
@@ -122,21 +123,21 @@ def simulate(
     InputError, StoreError
         If something given cannot be used or the store cannot be written.
     """
-    checks.positive("until", until)
+    refuse_endless(record, checks.positive("until", until))
     with reproducible(), stop_on_signal() as wish:
         stepper = stepper_of(problem, threads, team)
         record, carry = resolved(record, stepper), first_carry(stepper, initial)
-        arrays = layout(_first_look(stepper, carry, stop), OutputPoints(record.points))
+        arrays = _arrays(_first_look(stepper, carry, stop), record)
         attributes = _attributes(problem, until, record, case, stop=stop)
-        goal = Goal(until, wish, watch, stop)
-        path, labels = Path(out or ""), {"stage": stepper.stages}
+        goal, labels = Goal(until, wish, watch, stop), {"stage": stepper.stages}
+        begin = partial(_begun, stepper, record, Health(stepper, threads))
         if out is None:
             memory = MemorySink(arrays, attributes, labels)
-            status = _begin(memory, record, stepper, carry, goal=goal)
+            status = begin(memory, carry=carry, goal=goal)
             return Result(status, problem, opened=memory.tree().copy)
+        path = Path(out)
         with RunStore.create(path, arrays, attributes, labels=labels, overwrite=overwrite) as store:
-            status = _begin(store, record, stepper, carry, goal=goal)
-        return _stored(status, problem, path)
+            return _stored(begin(store, carry=carry, goal=goal), problem, path)
 
 
 def resume(
@@ -184,16 +185,16 @@ def resume(
         checkpoint = store.checkpoint()
         now, carry = 0.0, None
         if checkpoint is not None:
-            now, carry = float(checkpoint.meta["recorded"]), _continued(store, stepper, checkpoint)
+            now, carry = float(checkpoint.meta["recorded"]), continued(store, stepper, checkpoint)
         if until is not None and end < now * (1.0 - 1e-9):
             raise InputError("until", f"a time after t = {now:g}, where the run is", end)
-        carry = carry or _restarted(store, stepper, case)
+        carry = carry or restarted(store, stepper, case)
         if end > now:
-            _note_resumption(store, case, end, now)
-        recorder = Recorder(store, stepper, Schedule(**case["record"]), recorded=now)
+            note_resumption(store, case, end, now)
+        record, health = Schedule(**case["record"]), Health(stepper, threads)
+        recorder = Recorder(store, stepper, record, health=health, recorded=now)
         recorder.recall(store.attributes.get("crossings", "[]"), until=now)
-        if checkpoint is not None:
-            recorder.spatial_error = float(checkpoint.meta["spatial_error"])
+        recorder.recall_errors(checkpoint)
         held = tuple(build(StopWhen, table, "stop") for table in case.get("stop", []))
         goal = Goal(end, wish, watch, (*held, *stop))
         fresh = not store.lengths["observables"]
@@ -201,18 +202,21 @@ def resume(
     return _stored(status, problem, where)
 
 
+def _begun(
+    stepper: AbstractStepper[C],
+    record: Schedule,
+    health: Health[C],
+    sink: Sink,
+    *,
+    carry: C,
+    goal: Goal,
+) -> Status:
+    recorder = Recorder(sink, stepper, record, health=health)
+    return advance(recorder, stepper, carry, goal, fresh=True)
+
+
 def _stored(status: Status, problem: Problem, path: Path) -> Result:
     return Result(status, problem, path, opened=partial(open_run, path.absolute()))
-
-
-def stored_case(store: RunStore) -> Table:
-    """Return the resolved case of a run as tables."""
-    try:
-        return json.loads(store.attributes["case"])
-    except (KeyError, TypeError, ValueError):
-        raise StoreError(
-            str(store.path), "a run with its case", "one without", "It cannot be resumed."
-        ) from None
 
 
 def _first_look(stepper: AbstractStepper[C], carry: C, stop: tuple[Event, ...]) -> Snapshot:
@@ -223,17 +227,15 @@ def _first_look(stepper: AbstractStepper[C], carry: C, stop: tuple[Event, ...]) 
     return moment
 
 
+def _arrays(first: Snapshot, record: Schedule) -> dict[str, ArrayLayout]:
+    return layout(first, OutputPoints(record.points)) | health_layout()
+
+
 def resolved(record: Schedule, stepper: AbstractStepper[C]) -> Schedule:
     """Return the schedule with output points where the engine's nodes are not equally spaced."""
     if record.points is None and stepper.dense:
         return replace(record, points=OUTPUT_POINTS)
     return record
-
-
-def _begin(
-    sink: Sink, record: Schedule, stepper: AbstractStepper[C], carry: C, *, goal: Goal
-) -> Status:
-    return advance(Recorder(sink, stepper, record), stepper, carry, goal, fresh=True)
 
 
 @contextmanager
@@ -258,40 +260,6 @@ def _attributes(
         "units": "consistent units of the case; dimensionless where mu_bar, length 1, rigidity 1",
         "provenance": json.dumps(provenance()),
     }
-
-
-def _continued(store: RunStore, stepper: AbstractStepper[C], checkpoint: Checkpoint) -> C:
-    """Return the carry of a checkpoint; records behind it are dropped."""
-    carry = stepper.restored(int(checkpoint.meta["step"]), checkpoint.arrays)
-    store.truncate(checkpoint.lengths)
-    return carry
-
-
-def _restarted(store: RunStore, stepper: AbstractStepper[C], case: Table) -> C:
-    """Return the initial carry for a run that was killed before its first checkpoint."""
-    if "initial" not in case:
-        raise StoreError(
-            str(store.path),
-            "a run with a checkpoint",
-            "one that was killed before its first",
-            "Start it again, with overwrite.",
-        )
-    initial = choose(INITIALS, case["initial"], "initial")
-    store.truncate(dict.fromkeys(store.lengths, 0))
-    problem = stepper.problem
-    return first_carry(stepper, initial.curves(problem.fibers, problem.domain.lengths))
-
-
-def _note_resumption(store: RunStore, case: Table, until: float, now: float) -> None:
-    """Write who resumed, and the new end, into the attributes; valid with the next commit."""
-    before = json.loads(store.attributes.get("resumed", "[]"))
-    case["stepping"]["until"] = until
-    store.set_attributes(
-        {
-            "case": json.dumps(case),
-            "resumed": json.dumps([*before, {"from_time": now, **provenance()}]),
-        }
-    )
 
 
 __all__ = ["Moment", "Result", "nodal_positions", "resume", "simulate", "stored_case"]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -65,3 +68,34 @@ def test_lock_on_a_removed_file_does_not_count(
     with pytest.raises(StoreError, match="in use"):
         lock.acquire(tmp_path)
     lock.release(fd, tmp_path)
+
+
+@pytest.fixture
+def no_locks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file system without locks, as some that are mounted over a network."""
+
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr(lock.fcntl, "flock", refuse)
+
+
+@pytest.mark.usefixtures("no_locks")
+def test_without_locks_the_name_of_the_holder_guards(tmp_path: Path) -> None:
+    fd = lock.acquire(tmp_path)
+    with pytest.raises(StoreError, match=f"in use by process {os.getpid()} on .*delete .lock"):
+        lock.acquire(tmp_path)
+    lock.release(fd, tmp_path)
+    lock.release(lock.acquire(tmp_path), tmp_path)
+    # one that is gone from this machine is nobody
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    (tmp_path / lock.NAME).write_text(f"process {gone.pid} on {socket.gethostname()}")
+    lock.release(lock.acquire(tmp_path), tmp_path)
+    # one elsewhere is believed
+    (tmp_path / lock.NAME).write_text("process 1 on some-other-machine")
+    with pytest.raises(StoreError, match="process 1 on some-other-machine"):
+        lock.acquire(tmp_path)
+    # what was torn off while it was written is nobody's
+    (tmp_path / lock.NAME).write_text("proc")
+    lock.release(lock.acquire(tmp_path), tmp_path)

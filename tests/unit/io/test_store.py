@@ -320,8 +320,8 @@ def test_damaged_markers_are_named(tmp_path: Path) -> None:
         (json.dumps({**doc, "consolidated_metadata": None}).encode(), "damaged"),
         (json.dumps(shapes).encode(), "damaged.*another number"),
         (
-            json.dumps({**doc, "attributes": {**doc["attributes"], "format_version": 2}}).encode(),
-            "format version 1, got 2",
+            json.dumps({**doc, "attributes": {**doc["attributes"], "format_version": 3}}).encode(),
+            "format version 2, got 3",
         ),
     ]:
         file.write_bytes(text)

@@ -118,11 +118,12 @@ def test_full_disk_during_a_flush(
 def test_failed_flush_can_be_repeated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "run.zarr"
     with RunStore.create(path, LAYOUT, {}) as store:
-        with monkeypatch.context() as patch:
-            _fail_at(patch, 2)
-            with pytest.raises(StoreError, match="ENOSPC"):
-                store.append(_records(0, 4))
         store.append(_records(0, 4))
+        for turn in (2, 5):  # the second chunk, the second array of the checkpoint
+            with monkeypatch.context() as patch:
+                _fail_at(patch, turn)
+                with pytest.raises(StoreError, match="ENOSPC"):
+                    store.commit({"code": "running"}, _checkpoint(1))
         with monkeypatch.context() as patch:
             _fail_at(patch, 5)
             with pytest.raises(StoreError, match="ENOSPC"):

@@ -1,0 +1,231 @@
+"""Whether a run can be trusted: what it measures of its own error, and the limits.
+
+Each quantity, its formula and its limit are in docs/how-to/trust.md. Lengths are looked at with the
+observables; the balances, which need the mobility once more, after a step now and then. Which steps
+these are depends on their number alone, and all that is kept goes with the checkpoints: a run that
+was stopped says the same as one that was not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Generic
+
+import numpy as np
+
+from stokesfibers.core.arrays import Array
+from stokesfibers.core.errors import StokesFibersError
+from stokesfibers.core.status import Reason, Status
+from stokesfibers.core.variables import lookup
+from stokesfibers.io.layout import ArrayLayout
+from stokesfibers.observe.balance import Balance, force_error, torque_error
+from stokesfibers.problem.engine import PaperEngine
+from stokesfibers.problem.problem import Problem
+from stokesfibers.run.health_motion import balance_of
+from stokesfibers.run.moment import snapshot
+from stokesfibers.stepping.base import AbstractStepper, C
+from stokesfibers.summation import FastImages
+
+WEIGHED = ("force_error", "torque_error", "energy_error", "motion_error")
+"""Observables that are found after a step now and then."""
+FIXED_LIMIT = 1e-3
+"""Trusted with the high-order engine where steps are fixed and no tolerance is given."""
+_FIXED_SPACE = 1e-4  # what nodes are chosen for there
+PAPER_LIMITS: Mapping[str, float] = {
+    "length_error": 1e-2,
+    "force_error": 0.12,
+    "torque_error": 1.2e-2,
+    "energy_error": 5e-3,
+    "motion_error": 1e-2,
+    "spatial_error": float("inf"),
+}
+"""With the paper's engine: up to twice what its coarsest run has (N = 50, mu_bar = 4e5, Fig. 8)."""
+_EVERY, _EVERY_OF_SEVERAL = 16, 32  # steps between two that are weighed
+_EARLY = (2, 4, 8)
+_LEAST_WORK = 1e-6  # of E / L: a run that dissipates less is one in which nothing happens
+
+_MORE_NODES = (
+    "Take more discretization.nodes, or leave them out: the run then adds what shapes ask for"
+)
+_SMALLER_STEP = "Take a smaller stepping.rtol"
+_HINTS: Mapping[str, tuple[str, str]] = {
+    "length_error": ("a fiber changed its length", _SMALLER_STEP),
+    "force_error": ("the elastic forces on a fiber do not add up to zero", _MORE_NODES),
+    "torque_error": ("the elastic torques on a fiber do not add up to zero", _MORE_NODES),
+    "energy_error": ("the balance of power is not kept", _SMALLER_STEP),
+    "motion_error": ("the fibers do not move as the equation of motion says", _SMALLER_STEP),
+    "spatial_error": ("the nodes do not resolve the shapes", _MORE_NODES),
+}
+_FIXED_STEP = "Take a smaller stepping.dt, or give stepping.rtol instead"
+_PAPER = "Take more discretization.intervals and a smaller stepping.dt, or engine = 'spectral'"
+
+
+def limits(problem: Problem) -> dict[str, float]:
+    """Return the largest value of each quantity that is trusted."""
+    engine = problem.engine
+    if isinstance(engine, PaperEngine):
+        return dict(PAPER_LIMITS)
+    fixed = engine.rtol is None
+    found = dict.fromkeys(PAPER_LIMITS, FIXED_LIMIT if fixed else float(engine.rtol or 0.0))
+    return found | ({"spatial_error": _FIXED_SPACE} if fixed else {})
+
+
+def health_layout() -> dict[str, ArrayLayout]:
+    """Return the arrays that are stored beside the observables of a moment."""
+    return {f"observables/{name}": ArrayLayout(lookup("observables", name), ()) for name in WEIGHED}
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """Integrals over time so far."""
+
+    missing: float = 0.0
+    dissipated: float = 0.0
+    off: float = 0.0
+    moved: float = 0.0
+
+
+class Health(Generic[C]):
+    """Watches a run.
+
+    Parameters
+    ----------
+    stepper
+        Shows the fibers.
+    threads
+        Threads to use, None for all cores. Results do not depend on it.
+    """
+
+    def __init__(self, stepper: AbstractStepper[C], threads: int | None = None) -> None:
+        self._stepper = stepper
+        self._weigh = balance_of(stepper, threads)
+        problem = stepper.problem
+        several = len(problem.fibers) > 1 or bool(problem.domain.lengths.any())
+        self._every = _EVERY_OF_SEVERAL if several else _EVERY
+        self._least = _LEAST_WORK * max(k.rigidity / k.length for k in problem.kinds)
+        self._limits = limits(problem)
+        self._worst: dict[str, tuple[float, float]] = {}
+        self._now = dict.fromkeys(WEIGHED, 0.0)
+        self._last: Balance | None = None
+        self._sums = _Sums()
+
+    def observed(self, records: Mapping[str, Array]) -> dict[str, Array]:
+        """Take note of the observables of a moment, and return what belongs beside them."""
+        when = float(records["observables/time"][0])
+        self.note("length_error", float(np.max(records["observables/length_error"])), when)
+        return {f"observables/{name}": np.array([self._now[name]]) for name in WEIGHED}
+
+    def note(self, quantity: str, value: float, time: float) -> None:
+        """Keep the worst value of a quantity and its time."""
+        if np.isfinite(value) and value > self._worst.get(quantity, (0.0, 0.0))[0]:
+            self._worst[quantity] = (float(value), float(time))
+
+    def step(self, carry: C) -> None:
+        """Weigh the step behind `carry`, if it is its turn."""
+        if carry.step % self._every and carry.step not in _EARLY:
+            return
+        try:
+            balance = self._weigh(carry)
+            moment = snapshot(self._stepper, carry)
+            found = float(np.max(force_error(moment))), float(np.max(torque_error(moment)))
+        except (StokesFibersError, ArithmeticError, np.linalg.LinAlgError):
+            return  # a user's function that fails here fails in the next step, which says so
+        if balance is None:
+            return
+        self._sums = _added(self._sums, self._last, balance)
+        self._last, sums = balance, self._sums
+        self._now = {
+            "force_error": found[0],
+            "torque_error": found[1],
+            "energy_error": abs(sums.missing) / max(sums.dissipated, self._least),
+            "motion_error": sums.off / max(1.0, sums.moved),
+        }
+        for name, value in self._now.items():
+            if carry.step >= _EVERY:  # of the first steps, which start anew, too little is known
+                self.note(name, value, balance.time)
+
+    def state(self) -> dict[str, Any]:
+        """Return what goes with a checkpoint, JSON-ready."""
+        last = None if self._last is None else vars(self._last)
+        held = {"worst": self._worst, "now": self._now, "last": last, "sums": vars(self._sums)}
+        return {name: _finite(value) for name, value in held.items()}
+
+    def recall(self, held: Mapping[str, Any] | None) -> None:
+        """Take over the state of a checkpoint; older ones have none."""
+        if held is None:
+            return
+        self._worst = {name: (value, time) for name, (value, time) in held["worst"].items()}
+        self._now = dict(held["now"])
+        self._last = None if held["last"] is None else Balance(**held["last"])
+        self._sums = _Sums(**held["sums"])
+
+    def judged(self, status: Status, crossings: list[dict[str, Any]]) -> Status:
+        """Return `status` with whether the run can be trusted, and why not."""
+        reasons = [*_crossed(crossings), *_summed(self._stepper.problem), *self._beyond()]
+        trust = "doubtful" if reasons else "trusted"
+        return replace(status, trust=trust, reasons=tuple(reasons))
+
+    def _beyond(self) -> list[Reason]:
+        """Return a reason for each quantity beyond its limit, the farthest first."""
+        engine, found = self._stepper.problem.engine, []
+        beyond = {name: w for name, w in self._worst.items() if w[0] > self._limits[name]}
+        for name, (value, time) in beyond.items():
+            what, hint = _HINTS[name]
+            if isinstance(engine, PaperEngine):
+                hint = _PAPER
+            elif "spatial_error" in beyond:  # spoils all the rest
+                hint = _MORE_NODES
+            elif engine.rtol is None and hint == _SMALLER_STEP:
+                hint = _FIXED_STEP
+            found.append(Reason(name, value, self._limits[name], time, what, hint))
+        return sorted(found, key=lambda r: (r.quantity != "spatial_error", -r.value / r.limit))
+
+
+def _added(sums: _Sums, last: Balance | None, now: Balance) -> _Sums:
+    """Return the integrals up to `now`, by the trapezoidal rule."""
+    before = last or replace(now, time=0.0)
+    half = 0.5 * (now.time - before.time)
+    return _Sums(
+        sums.missing + half * (before.residual + now.residual),
+        sums.dissipated + half * (abs(before.dissipation) + abs(now.dissipation)),
+        sums.off + half * (before.defect + now.defect),
+        sums.moved + half * (before.pace + now.pace),
+    )
+
+
+def _crossed(crossings: list[dict[str, Any]]) -> list[Reason]:
+    if not crossings:
+        return []
+    one, other = crossings[0]["fibers"]
+    return [
+        Reason(
+            "crossings",
+            float(len(crossings)),
+            0.0,
+            float(crossings[0]["time"]),
+            f"fibers {one} and {other} passed through each other",
+            "Add a steric load or take a smaller step; what follows a crossing is not physical",
+        )
+    ]
+
+
+def _summed(problem: Problem) -> list[Reason]:
+    """Return a reason where sums between fibers are asked to err by more than the run may."""
+    images, engine = problem.image_sum, problem.engine
+    if not isinstance(images, FastImages) or isinstance(engine, PaperEngine):
+        return []
+    limit, given = engine.rtol or FIXED_LIMIT, images.tolerance or 0.0
+    if given <= limit:
+        return []
+    what, hint = "the sum between fibers is less accurate", "Leave domain.tolerance out"
+    return [Reason("sum_tolerance", given, limit, 0.0, what, hint)]
+
+
+def _finite(value: Any) -> Any:
+    """Return plain JSON values, with what is not finite as the largest number."""
+    if isinstance(value, dict):
+        return {name: _finite(v) for name, v in value.items()}
+    if isinstance(value, tuple | list):
+        return [_finite(v) for v in value]
+    return float(np.nan_to_num(value)) if isinstance(value, float) else value

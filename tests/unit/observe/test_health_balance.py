@@ -1,0 +1,112 @@
+"""Net force and torque of a fiber, and the balance of power, against what is known exactly."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import stokesfibers as sf
+from stokesfibers.domain import Free
+from stokesfibers.load import Gravity
+from stokesfibers.observe.balance import elastic_force, force_error, torque_error
+from stokesfibers.observe.snapshot import Snapshot
+from stokesfibers.run.health_motion import balance_of
+from stokesfibers.run.moment import snapshot
+from stokesfibers.run.start import first_carry
+from stokesfibers.slender.discrete import DiscreteFiber
+from stokesfibers.stepping.engines import stepper_of
+from support import assert_close, free_end_curve
+
+SPECTRAL = sf.SpectralEngine(nodes=32, rtol=1e-6)
+PAPER = sf.PaperEngine(intervals=100, dt=1e-3, beta=20.0)
+
+
+def _after(problem, curve, steps):
+    """Return stepper and carry after some steps."""
+    stepper = stepper_of(problem, threads=1)
+    carry = first_carry(stepper, curve)
+    for _ in range(steps):
+        carry, _ = stepper.step(carry)
+    return stepper, carry
+
+
+def _bent(engine, **changes):
+    arguments = {"mu_bar": 2e4, "flow": sf.Shear(1.0), "engine": engine} | changes
+    return sf.Problem(sf.Fiber(slenderness=1e-2), **arguments), free_end_curve().nodes(60).T[None]
+
+
+def _on_grid(curve, tension, intervals):
+    fiber = DiscreteFiber.build(
+        1.0, 1e-2, rigidity=2.0, intervals=intervals, mobility=sf.LocalDrag()
+    )
+    points = curve(fiber.nodes).T[None]
+    return Snapshot.take(0.0, (fiber,), points, tension(fiber.nodes)[None])
+
+
+def test_free_ends_balance_up_to_the_grid_error():
+    """With T = 0 and free ends the exact force and torque vanish; differences err by h^2."""
+    curve = free_end_curve()
+    moments = [_on_grid(curve, lambda s: 80.0 * s * (1.0 - s), n) for n in (100, 200)]
+    for error in (force_error, torque_error):
+        coarse, fine = (float(error(moment)[0]) for moment in moments)
+        assert 1e-7 < fine < 5e-3
+        assert coarse > 1.7 * fine
+
+
+def test_an_end_under_tension_is_seen():
+    """T(L) = 30 pulls with 30: the net force over int |f| ds."""
+    moment = _on_grid(free_end_curve(), lambda s: 30.0 * s, 200)
+    force = moment.integrate(np.linalg.norm(elastic_force(moment), axis=1))[0]
+    assert float(force_error(moment)[0]) == pytest.approx(30.0 / force, rel=0.05)
+    assert float(torque_error(moment)[0]) > 1e-2
+
+
+def test_both_engines_see_the_same_elastic_force():
+    found = []
+    for engine in (SPECTRAL, PAPER):
+        stepper, carry = _after(*_bent(engine), 0)
+        moment = snapshot(stepper, carry)
+        force = np.linalg.norm(elastic_force(moment), axis=1)
+        found.append(moment.integrate(force)[0])
+    assert_close(found[0], found[1], rtol=0.02)
+
+
+@pytest.mark.parametrize("engine", [SPECTRAL, PAPER], ids=["spectral", "paper"])
+def test_a_straight_fiber_dissipates_what_the_flow_gives(engine):
+    """With the tension (44) and f = -(T x_s)_s the power of the flow is, by parts,
+
+    int f . U_0 = int T x_s . grad U_0 x_s = rate sin(theta) cos(theta) int T ds, with
+    int T ds = -(mu_bar / 8) sin(2 theta) / (c + 2) / 6.
+    """
+    angle, mu_bar, eps = 2.0, 50.0, 1e-3
+    problem = sf.Problem(
+        sf.Fiber(slenderness=eps),
+        mu_bar=mu_bar,
+        flow=sf.Shear(1.0),
+        engine=engine,
+        mobility=sf.NonLocal(sf.NoRegularization()) if engine is PAPER else sf.NonLocal(),
+    )
+    stepper, carry = _after(problem, sf.shapes.straight(problem.fibers[0], angle=angle), 3)
+    balance = balance_of(stepper, 1)(carry)
+    c = np.log(eps**2 * np.e)
+    turned = np.arctan2(1.0, 1.0 / np.tan(angle) + stepper.time(carry))  # (45)
+    pull = -mu_bar / 8.0 * np.sin(2.0 * turned) / (c + 2.0) / 6.0
+    exact = np.sin(turned) * np.cos(turned) * pull
+    assert_close(balance.flow_power, exact, rtol=2e-3 if engine is PAPER else 5e-2)
+    assert_close(balance.dissipation, balance.flow_power, rtol=1e-3)
+    assert abs(balance.elastic_rate) < 1e-6 * exact
+
+
+@pytest.mark.parametrize(
+    ("engine", "share"), [(SPECTRAL, 1e-4), (PAPER, 5e-3)], ids=["spectral", "paper"]
+)
+@pytest.mark.parametrize("weight", [0.0, 100.0])
+def test_power_balances_while_a_fiber_bends(engine, share, weight):
+    load = {"load": Gravity((0.0, -weight, 0.0)), "domain": Free()} if weight else {}
+    stepper, carry = _after(*_bent(engine, **load), 40)
+    balance = balance_of(stepper, 1)(carry)
+    size = abs(balance.flow_power) + abs(balance.load_power) + abs(balance.elastic_rate)
+    assert abs(balance.elastic_rate) > 2.0 * share * size
+    assert (abs(balance.load_power) > 0.01 * size) == (weight > 0.0)
+    assert abs(balance.residual) < share * size
+    assert balance.defect < 10.0 * share * balance.pace
