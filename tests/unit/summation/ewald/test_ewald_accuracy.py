@@ -91,6 +91,14 @@ def test_result_does_not_depend_on_the_split(exact):
         assert relative(_sum(domain, ewald), expected) < 1e-9
 
 
+def test_the_gaussian_reaches_the_least_tolerances_too():
+    cube = DOMAINS["periodic"]
+    expected = _sum(cube, EwaldSum(1e-12, rc=0.35))
+    for tolerance in (1e-10, 1e-11):
+        ewald = EwaldSum(tolerance, "gaussian", rc=0.4)
+        assert tolerance / 100.0 <= relative(_sum(cube, ewald), expected) <= tolerance
+
+
 def test_few_points_are_as_accurate():
     cube = DOMAINS["periodic"]
     for count in (1, 2, 10, 100):
