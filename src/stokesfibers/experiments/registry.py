@@ -39,14 +39,53 @@ _OTHERS = (
         "Terminal shapes of a falling fiber against the elasto-gravitational number",
         "ours, with exact limits",
     ),
+    (
+        "transition",
+        "The buckling transition in shear: N_1 of a half turn, local drag or not",
+        "Becker & Shelley 2001; an open question of the paper",
+    ),
+    (
+        "concentration",
+        "N_1 and extra viscosity against concentration, stiff and flexible fibers",
+        "ours; an open question of the paper",
+    ),
+    (
+        "length_distribution",
+        "Stresses of suspensions of fibers of one length and of several",
+        "ours, with an exact dilute limit",
+    ),
+    (
+        "oscillatory",
+        "G' and G'' of dilute fibers against amplitude and frequency",
+        "ours, with an exact linear limit",
+    ),
     ("accuracy", "Error against cost, both engines; the integral of N_1", "Engine study"),
+    ("ewald", "Errors of the Ewald sum against slow sums", "Ewald sums, theory page"),
+    (
+        "images",
+        "Cutting off periodic images and (42), against the exact sum",
+        f"{_PAPER}, Appendix C",
+    ),
+    (
+        "cloud",
+        "A cloud of falling filaments: its velocity against theory, its evolution",
+        "Nitsche & Batchelor 1997, and ours",
+    ),
+    (
+        "contact",
+        "Filaments down to contact of their surfaces: errors of V + (eps^2/2) W",
+        "Close filaments, theory page",
+    ),
     ("tolerance", "The error asked for and the error got, 28 cases", "Engine study"),
     ("two_engines", "The suspension of Fig. 12 by both engines: energy, cost", "Engine study"),
     ("regularization", "Three choices of delta(s): eigenvalues, slopes, runs", "Engine study"),
 )
 
+_MODULES = {"ewald": "ewald_tables", "images": "images_exact"}
+"""Modules that are not called like their experiment."""
+
 EXPERIMENTS: dict[str, Experiment] = {
-    name: Experiment(name, title, source, f"stokesfibers.experiments.{name}")
+    name: Experiment(name, title, source, f"stokesfibers.experiments.{_MODULES.get(name, name)}")
     for name, title, source in (
         *((name, title, f"{_PAPER}, {place}") for name, title, place in _TABLE),
         *_OTHERS,

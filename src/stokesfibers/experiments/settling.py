@@ -159,5 +159,5 @@ def _shape(fiber: SpectralFiber, modes: Array, velocity: float, fallen: float) -
         velocity=float(velocity),
         angle=float(np.arctan2(chord[1], chord[0])),
         fallen=fallen,
-        error=fiber.resolution(modes).error,
+        error=float(fiber.resolution(modes).error),
     )

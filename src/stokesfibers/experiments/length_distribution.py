@@ -1,0 +1,155 @@
+"""Fibers of several lengths against fibers of one: stresses at equal number and mean length.
+
+In the dilute limit a fiber's stress grows like L^3 / (c - 2), so that long fibers tell more than
+their number. Stresses are given over n <L^3>: what is left of the difference is due to bending,
+which goes with L^4, to interaction, and to c.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from stokesfibers.experiments import runs
+from stokesfibers.experiments.base import Row, Settings
+from stokesfibers.experiments.sheared_cells import (
+    EPS,
+    NAMES,
+    CellRun,
+    averaged,
+    dilute_stress,
+    stresses,
+)
+from stokesfibers.fiber.parameters import Fiber
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LENGTHS: dict[str, tuple[float, ...]] = {
+    "one length": (1.0,),
+    "0.8 and 1.2": (0.8, 1.2),
+    "0.5 and 1.5": (0.5, 1.5),
+    "0.4 to 1.6": (0.4, 0.7, 1.0, 1.3, 1.6),
+}
+_MU_BAR = 2e4
+_CONCENTRATION = 0.5
+_DRAWN = ("viscosity", "n1")
+_SYMBOLS = (r"$\eta_{\mathrm{sp}}$", r"$N_1/\mu\dot\gamma$")
+
+
+def groups(lengths: Sequence[float], count: int) -> tuple[Fiber, ...]:
+    """Return `count` fibers in groups as large as each other, all of one radius and material."""
+    own = count // len(lengths)
+    return tuple(
+        Fiber(length=length, slenderness=EPS / length, rigidity=1.0, count=own)
+        for length in lengths
+    )
+
+
+def third_moment(lengths: Sequence[float]) -> float:
+    """Return <L^3>."""
+    return float(np.mean(np.power(lengths, 3)))
+
+
+def planned(name: str, *, quick: bool) -> list[CellRun]:
+    """Return the runs of one distribution."""
+    count, seeds, until = (10, 1, 1.0) if quick else (60, 3, 10.0)
+    label = f"lengths-{'-'.join(f'{v:g}' for v in LENGTHS[name])}"
+    return [
+        CellRun(label, groups(LENGTHS[name], count), _MU_BAR, _CONCENTRATION, seed, until)
+        for seed in range(1, seeds + 1)
+    ]
+
+
+def run(settings: Settings) -> xr.Dataset:
+    """Return averages with errors by distribution."""
+    names = ("one length", "0.5 and 1.5") if settings.quick else tuple(LENGTHS)
+    plans = [planned(name, quick=settings.quick) for name in names]
+    trees = runs.finished([one for plan in plans for one in plan], settings)
+    shape = len(names), len(NAMES)
+    mean, error = np.empty(shape), np.empty(shape)
+    start, alone = np.empty(shape), np.empty(shape)
+    for i, plan in enumerate(plans):
+        found = trees[i * len(plan) : (i + 1) * len(plan)]
+        mean[i], error[i] = averaged(found, plan, 0.5 * plan[0].until)
+        start[i] = stresses(found[0], plan[0])[1][:, 0]
+        alone[i] = dilute_stress(found[0], plan[0])
+    axes = ("distribution", "quantity")
+    return xr.Dataset(
+        {
+            "mean": (axes, mean),
+            "error": (axes, error),
+            "start": (axes, start),
+            "alone": (axes, alone),
+            "moment": (("distribution",), [third_moment(LENGTHS[name]) for name in names]),
+        },
+        coords={"distribution": list(names), "quantity": list(NAMES)},
+        attrs={
+            "quick": int(settings.quick),
+            "seeds": len(plans[0]),
+            "count": plans[0][0].count,
+            "concentration": _CONCENTRATION,
+        },
+    )
+
+
+def figure(data: xr.Dataset) -> Figure:
+    """Draw both stresses over n L^3 and over n <L^3> for each distribution."""
+    from stokesfibers.plot.style import PAGE, new_panels, style
+
+    axes = new_panels(1, 2, width=PAGE, height=2.3)[0]
+    with style():
+        for ax, quantity, symbol in zip(axes, _DRAWN, _SYMBOLS, strict=True):
+            _draw(ax, data.sel(quantity=quantity), symbol)
+        axes[0].legend(fontsize=6.5)
+    return axes[0].figure
+
+
+def _draw(ax: Axes, data: xr.Dataset, symbol: str) -> None:
+    from stokesfibers.plot.style import PALETTE
+
+    places = np.arange(data.sizes["distribution"])
+    n = data.attrs["concentration"]
+    per_moment = n * data["moment"].to_numpy()
+    for shift, unit, label, colour in (
+        (-0.08, np.full(places.size, n), "$n\\langle L\\rangle^3$", PALETTE[0]),
+        (0.08, per_moment, "$n\\langle L^3\\rangle$", PALETTE[1]),
+    ):
+        ax.errorbar(
+            places + shift,
+            data["mean"] / unit,
+            data["error"] / unit,
+            fmt="o",
+            color=colour,
+            markersize=3.5,
+            capsize=2.0,
+            linewidth=0.8,
+            label=f"over {label}",
+        )
+    ax.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
+    ax.set_xticks(places, [str(d) for d in data["distribution"].to_numpy()])
+    ax.set(xlabel="lengths, equally many", ylabel=symbol)
+    ax.margins(x=0.15)
+
+
+def check(data: xr.Dataset) -> Sequence[Row]:
+    """Compare the start with that of fibers by themselves; state the averages."""
+    rows = []
+    told = "At the start, over that of straight fibers that do not feel each other: dilute."
+    for name in data["distribution"].to_numpy():
+        one = data.sel(distribution=name)
+        volume = data.attrs["concentration"] * float(one["moment"])
+        for quantity in _DRAWN:
+            value, bar = (float(one[v].sel(quantity=quantity)) for v in ("mean", "error"))
+            note = f"+- {bar / volume:.2g}, {data.attrs['seeds']} seeds of {data.attrs['count']}."
+            rows.append(Row(f"{quantity} / (n <L^3>), {name}", value / volume, note=note))
+        first = one.sel(quantity="viscosity")
+        ratio = float(first["start"] / first["alone"])
+        rows.append(
+            Row(f"viscosity at the start over the dilute one, {name}", ratio, 1.0, 0.7, 1.3, told)
+        )
+    return rows

@@ -1,0 +1,156 @@
+"""Suspensions in a sheared triply periodic cell: runs that studies share, and their averages.
+
+Stresses are per volume, over mu rate: with n fibers of length L per volume a dilute suspension has
+values proportional to n L^3. Straight fibers start isotropic and keep apart by a steric repulsion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+import xarray as xr
+
+from stokesfibers.core.arrays import Array
+from stokesfibers.domain.sheared import Sheared
+from stokesfibers.fiber.initial import AbstractInitial
+from stokesfibers.fiber.parameters import Fiber
+from stokesfibers.fiber.suspension import Suspension
+from stokesfibers.flow import Shear
+from stokesfibers.load.steric import StericRepulsion
+from stokesfibers.observe.averages import block_average
+from stokesfibers.problem.engine import SpectralEngine
+from stokesfibers.problem.problem import Problem
+from stokesfibers.run.schedule import Schedule
+from stokesfibers.slender.mobility import slenderness_constant
+
+EPS = 1e-2
+RTOL = 1e-3
+_RANGE = 0.03  # of the repulsion, in lengths
+_GAP = 0.04  # between the fibers at the start, in lengths
+_EVERY = 0.05  # strains between observables
+NAMES = ("viscosity", "n1", "n2")
+"""Specific viscosity, N_1 and N_2 per volume over mu rate."""
+
+
+@dataclass(frozen=True)
+class CellRun:
+    """A suspension in a cube that is sheared at rate 1.
+
+    Attributes
+    ----------
+    label
+        What it is called among its like; part of the name of its store.
+    fibers
+        The groups; their lengths average to 1.
+    mu_bar
+        8 pi mu rate over E of a fiber of length 1.
+    concentration
+        n L^3, n the number of fibers per volume and L = 1.
+    seed
+        Of places and orientations.
+    until
+        Strain at the end.
+    """
+
+    label: str
+    fibers: tuple[Fiber, ...]
+    mu_bar: float
+    concentration: float
+    seed: int
+    until: float
+
+    @property
+    def name(self) -> str:
+        """Name of the run's store, without its suffix."""
+        what = f"{self.label}-mubar{self.mu_bar:g}-nl3_{self.concentration:g}"
+        return f"{what}-{self.count}-seed{self.seed}-{self.until:g}"
+
+    @property
+    def count(self) -> int:
+        """Number of fibers."""
+        return sum(group.count for group in self.fibers)
+
+    @property
+    def side(self) -> float:
+        """Length of the cell."""
+        return (self.count / self.concentration) ** (1.0 / 3.0)
+
+    @property
+    def problem(self) -> Problem:
+        """The problem to solve."""
+        return Problem(
+            self.fibers,
+            viscosity=self.mu_bar / (8.0 * pi),
+            flow=Shear(1.0),
+            domain=Sheared((self.side, self.side, self.side)),
+            load=StericRepulsion(strength=self.mu_bar, range=_RANGE),
+            engine=SpectralEngine(rtol=RTOL),
+        )
+
+    @property
+    def initial(self) -> AbstractInitial:
+        """Straight fibers anywhere, isotropic."""
+        return Suspension(seed=self.seed, least_gap=_GAP)
+
+    @property
+    def schedule(self) -> Schedule:
+        """What is recorded when."""
+        return Schedule(0.5, _EVERY, 1.0)
+
+
+def uniform(count: int) -> tuple[Fiber, ...]:
+    """Return a group of `count` fibers of length 1."""
+    return (Fiber(length=1.0, slenderness=EPS, count=count),)
+
+
+def stresses(tree: xr.DataTree, run: CellRun) -> tuple[Array, Array]:
+    """Return times (time,) and specific viscosity, N_1 and N_2 over mu rate, (3, time)."""
+    observed = tree["observables"].to_dataset()
+    p = observed["particle_stress"].to_numpy() / (run.mu_bar / (8.0 * pi))
+    values = p[:, 0, 1], p[:, 0, 0] - p[:, 1, 1], p[:, 1, 1] - p[:, 2, 2]
+    return observed["time"].to_numpy(), np.stack(values)
+
+
+def averaged(
+    trees: Sequence[xr.DataTree], runs: Sequence[CellRun], after: float
+) -> tuple[Array, Array]:
+    """Return means and standard errors of the stresses over several seeds, (3,) each.
+
+    The error is the larger of what the blocks of each run tell and what the seeds' scatter tells.
+    """
+    means, errors = [], []
+    for tree, run in zip(trees, runs, strict=True):
+        time, values = stresses(tree, run)
+        late = time >= after - 1e-9
+        found = [block_average(time[late], one[late]) for one in values]
+        means.append([one.mean for one in found])
+        errors.append([one.error for one in found])
+    count = len(runs)
+    within = np.sqrt(np.square(errors).sum(axis=0)) / count
+    scatter = np.std(means, axis=0, ddof=1) / np.sqrt(count) if count > 1 else np.zeros(3)
+    return np.mean(means, axis=0), np.maximum(within, scatter)
+
+
+def dilute_stress(tree: xr.DataTree, run: CellRun) -> Array:
+    """Return the stresses at the start of straight fibers that do not feel each other, (3,).
+
+    Each gives ``8 pi mu L^3 / (24 (c - 2)) (p . E p) p p``, p its direction, E the rate of strain
+    and c = -log(eps^2 e): a straight fiber's force is linear in s.
+    """
+    x = tree["trajectory"]["position"].isel(time=0).to_numpy()
+    apart = x[:, -1] - x[:, 0]
+    length = np.linalg.norm(apart, axis=1)
+    p = apart / length[:, None]
+    eps = np.array([group.eps for group in run.fibers for _ in range(group.count)])
+    c = -np.array([slenderness_constant(e) for e in eps]) - 2.0
+    size = 8.0 * pi * length**3 / (24.0 * c) * p[:, 0] * p[:, 1] / run.side**3
+    return np.array(
+        [
+            np.sum(size * p[:, 0] * p[:, 1]),
+            np.sum(size * (p[:, 0] ** 2 - p[:, 1] ** 2)),
+            np.sum(size * (p[:, 1] ** 2 - p[:, 2] ** 2)),
+        ]
+    )
