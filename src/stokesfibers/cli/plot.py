@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +17,13 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-_SLICE = "slice"
 _NEAR = 0.05  # distance from the plane, in fiber lengths, up to which a fiber is drawn boldly
+_PARAMETERS = {
+    "time": ("times", "time"),
+    "fiber": ("fibers", "fiber"),
+    "color": ("colour",),
+}
+"""What figures call the options that are not called alike; the first takes several values."""
 
 
 @click.command(short_help="Draw a figure of a run.")
@@ -26,8 +34,16 @@ _NEAR = 0.05  # distance from the plane, in fiber lengths, up to which a fiber i
     type=RUN,
     help="File to write, .png, .pdf or .svg; by default RUN-KIND.png beside the run.",
 )
-@click.option("--time", type=float, help="3d, slice: when; by default the last record.")
-@click.option("--plane", help="slice: xy, xz, yz or turned round; by default xy.")
+@click.option("--dark", is_flag=True, help="Draw on a dark ground, for screens and slides.")
+@click.option("--dpi", type=int, default=200, show_default=True, help="Dots per inch of a png.")
+@click.option(
+    "--time", type=float, multiple=True, help="When; several times for shapes and the like."
+)
+@click.option("--fiber", type=int, multiple=True, help="Which fiber; several for shapes.")
+@click.option("--plane", help="shapes, panels, slice: xy, xz, yz or turned round; by default xy.")
+@click.option("--color", help="3d: tension (the default), curvature, orientation or fiber.")
+@click.option("--after", type=float, help="averages: from when on; by default the second half.")
+@click.option("--block", type=float, help="averages: length of a block in time.")
 @click.option("--at", type=float, help="slice: where the plane cuts the third axis.")
 @click.option("--points", type=int, help="slice: points along the longer side; by default 200.")
 @click.option("--disturbance", is_flag=True, help="slice: leave out the background flow.")
@@ -35,40 +51,95 @@ _NEAR = 0.05  # distance from the plane, in fiber lengths, up to which a fiber i
     "--allow-python", is_flag=True, help="slice: let the run's flow come from a Python file."
 )
 @guarded
-def plot(*, run: Path, kind: str, out: Path | None, **options: Any) -> None:
+def plot(*, run: Path, kind: str, out: Path | None, dark: bool, dpi: int, **options: Any) -> None:
     """Draw a figure of the run in the folder RUN.
 
     KIND is shapes (over one another), panels (one for each time), tension, stress, energy,
     3d (a snapshot in the cell), orientation, order (the orientation tensor against time),
-    curvature and end_to_end (their distributions), slice (the fluid's velocity in a plane) or
-    health (length error, curvature, steps and wall time).
+    curvature and end_to_end (their distributions), averages (stresses, with error bars),
+    slice (the fluid's velocity in a plane), health (length error, curvature, steps and wall
+    time), or the name of an observable, such as shear_stress.
+    """
+    from stokesfibers.io.reader import open_run
+    from stokesfibers.plot import DARK, LIGHT, on, save
+
+    data = open_run(run)
+    draw = _drawing(data, kind)
+    given = _fitting(kind, draw, options)
+    target = out or run.with_name(f"{run.stem}-{kind}.png")
+    with on(DARK if dark else LIGHT):
+        click.echo(save(draw(data, **given), target, dpi))
+
+
+def _kinds() -> dict[str, Callable[..., Any]]:
+    from stokesfibers.plot import KINDS
+
+    return {**KINDS, "averages": _averages, "slice": _slice}
+
+
+def _drawing(data: xr.DataTree, kind: str) -> Callable[..., Any]:
+    """Return the function that draws the kind, or the observable of that name."""
+    from stokesfibers.core.errors import InputError
+    from stokesfibers.plot import select, series
+
+    kinds = _kinds()
+    if kind in kinds:
+        return kinds[kind]
+    if select.has(data, "observables", kind):
+        return partial(series, name=kind)
+    names = f"one of {', '.join(kinds)}, or the name of an observable of the run"
+    raise InputError("KIND", names, repr(kind), "'stokesfibers show RUN' and docs list them.")
+
+
+def _fitting(kind: str, draw: Callable[..., Any], options: dict[str, Any]) -> dict[str, Any]:
+    """Return the options that were given, by the names the figure has for them.
+
+    Raises
+    ------
+    InputError
+        If the figure does not take one of them, or takes one value only.
     """
     from stokesfibers.core.errors import InputError
-    from stokesfibers.io.reader import open_run
-    from stokesfibers.plot import KINDS, save
 
-    if kind not in (*KINDS, _SLICE):
-        raise InputError("KIND", f"one of {', '.join((*KINDS, _SLICE))}", repr(kind))
-    # a flag that is not set is False; 0 is a number that was given
-    given = {name: v for name, v in options.items() if v is not None and v is not False}
-    for name in given:
-        fitting = (_SLICE, "3d") if name == "time" else (_SLICE,)
-        if kind not in fitting:
-            where = "--" + name.replace("_", "-")
-            raise InputError(where, f"KIND {' or '.join(fitting)}", f"KIND {kind}")
-    target = out or run.with_name(f"{run.stem}-{kind}.png")
-    data = open_run(run)
-    drawn = _slice(data, **given) if kind == _SLICE else KINDS[kind](data, **given)
-    click.echo(save(drawn, target))
+    found: dict[str, Any] = {}
+    for name, value in options.items():
+        # a flag that is not set is False, an option that may come often is (); 0 was given
+        if value is None or value is False or value == ():
+            continue
+        names = _PARAMETERS.get(name, (name,))
+        takes = inspect.signature(draw).parameters
+        taken = next((n for n in names if n in takes), None)
+        where = "--" + name.replace("_", "-")
+        if taken is None:
+            kinds = [
+                k for k, f in _kinds().items() if {*names} & {*inspect.signature(f).parameters}
+            ]
+            raise InputError(where, f"KIND {' or '.join(kinds)}", f"KIND {kind}")
+        found[taken] = value
+        if isinstance(value, tuple) and taken != names[0]:
+            if len(value) != 1:
+                raise InputError(where, f"one value for KIND {kind}", f"{len(value)} of them")
+            (found[taken],) = value
+    return found
+
+
+def _averages(data: xr.DataTree, *, after: float | None = None, block: float | None = None) -> Any:
+    """Return the axes with averages of the stresses."""
+    from stokesfibers.plot import averages
+    from stokesfibers.studio.report_averages import run_averages
+
+    return averages(data, run_averages(data, after=after, block=block))
 
 
 def _slice(
     data: xr.DataTree,
     *,
+    time: float | None = None,
+    plane: str = "xy",
+    at: float | None = None,
+    points: int = 200,
     disturbance: bool = False,
     allow_python: bool = False,
-    plane: str = "xy",
-    **choice: Any,
 ) -> Axes:
     """Return the axes with the velocity in a plane; errors as the functions called."""
     import json
@@ -78,7 +149,7 @@ def _slice(
     from stokesfibers.run.velocity import velocity_from_run
 
     problem = problem_from_tables(json.loads(data.attrs["case"]), allow_python=allow_python)
-    grid = plane_of(data, axes=plane, **choice)
+    grid = plane_of(data, axes=plane, at=at, time=time, points=points)
     velocity = velocity_from_run(data, grid.points, time=grid.time, problem=problem)
     if disturbance:
         velocity = velocity - problem.flow.velocity(grid.points, grid.time)

@@ -2,6 +2,7 @@
 
 Every function takes the run as an `xarray.DataTree` and returns the axes it drew on; ``ax.figure``
 is the figure, `save` writes it to a file. matplotlib is imported when the first figure is drawn.
+Inside ``with dark():`` figures are for a dark ground.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from stokesfibers.plot.averages import Averaged, averages
 from stokesfibers.plot.distribution import curvature, distribution, end_to_end
 from stokesfibers.plot.health import health
 from stokesfibers.plot.orientation import order, orientation
@@ -19,6 +21,7 @@ from stokesfibers.plot.shapes import shape_panels, shapes
 from stokesfibers.plot.slice import velocity_slice
 from stokesfibers.plot.style import new_axes, save, style
 from stokesfibers.plot.tension import tension
+from stokesfibers.plot.theme import DARK, LIGHT, THEMES, dark, on, theme
 
 KINDS: dict[str, Callable[..., Any]] = {
     "shapes": shapes,
@@ -35,18 +38,26 @@ KINDS: dict[str, Callable[..., Any]] = {
 }
 """Kinds of figure of the command ``plot``, each a function of the run.
 
-Its kind ``slice`` is not among them: the velocity has to be computed.
+Its kinds ``slice`` and ``averages`` are not among them: there is something to compute first. The
+name of a scalar observable is a kind too, drawn by `series`.
 """
 
 __all__ = [
+    "DARK",
     "KINDS",
+    "LIGHT",
+    "THEMES",
+    "Averaged",
     "Plane",
+    "averages",
     "curvature",
+    "dark",
     "distribution",
     "end_to_end",
     "energy",
     "health",
     "new_axes",
+    "on",
     "order",
     "orientation",
     "perspective",
@@ -58,5 +69,6 @@ __all__ = [
     "stress",
     "style",
     "tension",
+    "theme",
     "velocity_slice",
 ]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot import select
-from stokesfibers.plot.style import FAINT
+from stokesfibers.plot.theme import theme
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -93,10 +93,18 @@ def mark_reversals(ax: Axes, data: xr.DataTree, time: NDArray[np.float64]) -> bo
     for number, mark in enumerate(marks):
         ax.axvline(
             mark,
-            color=FAINT,
+            color=theme().faint,
             linewidth=0.5,
             linestyle=(0, (5, 3)),
             zorder=0,
             label="" if number else "flow reverses",
         )
     return True
+
+
+def time_axis(ax: Axes, data: xr.DataTree, time: NDArray[np.float64]) -> bool:
+    """Mark flow reversals, label and fit the time axis; return whether there are marks."""
+    marked = mark_reversals(ax, data, time)
+    ax.set_xlabel(select.time_label(data))
+    ax.margins(x=0.0)
+    return marked

@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot import geometry, select
-from stokesfibers.plot.case import mark_reversals
-from stokesfibers.plot.style import COLUMN, INK, PALETTE, new_panels, style, time_colours
+from stokesfibers.plot.case import time_axis
+from stokesfibers.plot.style import COLUMN, new_panels, style, time_colours
+from stokesfibers.plot.theme import theme
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -168,7 +169,7 @@ def _figure(data: xr.DataTree, quantity: str, times: ArrayLike | None) -> NDArra
     samples = [_sample(data, quantity, k) for k in picked]
     span = _span(quantity, [lines, *(s.values for s in samples)])
     axes = new_panels(2, 1, width=COLUMN, height=3.9)[:, 0]
-    colours = time_colours(stored[picked]) if len(picked) > 1 else [PALETTE[0]]
+    colours = time_colours(stored[picked])
     with style():
         _history(axes[0], data, stored[history], lines)
         axes[0].set(ylim=span, ylabel=_KINDS[quantity].two_lines)
@@ -188,7 +189,7 @@ def _figure(data: xr.DataTree, quantity: str, times: ArrayLike | None) -> NDArra
             )
         axes[1].set(xlim=span, ylim=(0.0, 1.03), xlabel=_KINDS[quantity].label)
         axes[1].set_ylabel(f"share of the {_KINDS[quantity].of_what}\nwith a larger value")
-        title = select.axis_label(select.describe(data, "trajectory", "time"))
+        title = select.time_label(data)
         axes[1].legend(title=title, loc="upper left", bbox_to_anchor=(1.0, 1.0), alignment="left")
         axes[0].figure.align_ylabels(list(axes))
     return axes
@@ -199,21 +200,19 @@ def _history(ax: Axes, data: xr.DataTree, time: Floats, lines: Floats) -> None:
     if lines.shape[0] and np.any(lines[:, 0] < lines[:, -1]):
         # as opaque as they look, so that they print the same on any ground
         for low, high, colour, label in (
-            (1, 5, "#CFE3F1", "inner 90 %"),
-            (2, 4, "#8FC1E3", "inner half"),
+            (1, 5, theme().bands[0], "inner 90 %"),
+            (2, 4, theme().bands[1], "inner half"),
         ):
             ax.fill_between(
                 time, lines[:, low], lines[:, high], color=colour, linewidth=0.0, label=label
             )
         for extreme in (0, 6):
             label = "" if extreme else "extremes"
-            ax.plot(time, lines[:, extreme], color=PALETTE[1], linewidth=0.5, label=label)
-        ax.plot(time, lines[:, 3], color=INK, label="median")
+            ax.plot(time, lines[:, extreme], color=theme().palette[1], linewidth=0.5, label=label)
+        ax.plot(time, lines[:, 3], color=theme().ink, label="median")
     else:
-        ax.plot(time, lines[:, 3], color=PALETTE[0])
-    mark_reversals(ax, data, time)
-    ax.set_xlabel(select.axis_label(select.describe(data, "trajectory", "time")))
-    ax.margins(x=0.0)
+        ax.plot(time, lines[:, 3], color=theme().palette[0])
+    time_axis(ax, data, time)
     if ax.get_legend_handles_labels()[1]:
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from stokesfibers.core.status import Status
 from stokesfibers.plot import select
 from stokesfibers.plot.series import draw_fibers
-from stokesfibers.plot.style import COLUMN, FAINT, INK, PALETTE, new_panels, style
+from stokesfibers.plot.style import COLUMN, new_panels, style
+from stokesfibers.plot.theme import theme
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,7 +43,7 @@ def health(data: xr.DataTree) -> NDArray[Any]:
         _step_size(axes[1], data)
         _wall_time(axes[2], data)
         _curvature(axes[3], data)
-        axes[3].set_xlabel(select.axis_label(select.describe(data, "observables", "time")))
+        axes[3].set_xlabel(select.time_label(data))
         _common_time(axes)
         text, colour = _status(data)
         if text:
@@ -69,7 +70,7 @@ def _step_size(ax: Axes, data: xr.DataTree) -> None:
     time = select.numbers(data, "numerics", "time")
     size = select.numbers(data, "numerics", "step_size")
     # A step is stored with the time at its end, so its size holds back to the point before.
-    ax.plot(time, size, color=PALETTE[0], drawstyle="steps-pre")
+    ax.plot(time, size, color=theme().palette[0], drawstyle="steps-pre")
     if select.has(data, "numerics", "rejected"):
         redone = select.numbers(data, "numerics", "rejected") > 0
         if redone.any():
@@ -77,7 +78,7 @@ def _step_size(ax: Axes, data: xr.DataTree) -> None:
                 time[redone],
                 size[redone],
                 ".",
-                color=PALETTE[1],
+                color=theme().palette[1],
                 markersize=3,
                 label="after rejection",
             )
@@ -98,9 +99,9 @@ def _wall_time(ax: Axes, data: xr.DataTree) -> None:
         names = array["stage"].to_numpy()
         for number, line in enumerate(select.values(array).T):
             label = str(names[number]).replace("_", " ")
-            ax.plot(time, line, color=PALETTE[1 + number], linewidth=0.4, label=label)
+            ax.plot(time, line, color=theme().palette[1 + number], linewidth=0.4, label=label)
     total = select.values(select.total_over_rest(array, "step"))
-    ax.plot(time, total, color=PALETTE[0], linewidth=0.4, label="all stages")
+    ax.plot(time, total, color=theme().palette[0], linewidth=0.4, label="all stages")
     if np.nanmax(total, initial=0.0) > 0.0:
         ax.set_yscale("log")
         _plain_log_ticks(ax)
@@ -121,7 +122,15 @@ def _missing(ax: Axes, data: xr.DataTree, group: str, name: str) -> bool:
     there = select.has(data, group, name) and select.has(data, group, "time")
     if there and bool(np.isfinite(select.numbers(data, group, name)).any()):
         return False
-    ax.text(0.5, 0.5, "not recorded", color=FAINT, ha="center", va="center", transform=ax.transAxes)
+    ax.text(
+        0.5,
+        0.5,
+        "not recorded",
+        color=theme().faint,
+        ha="center",
+        va="center",
+        transform=ax.transAxes,
+    )
     ax.set_yticks([])
     return True
 
@@ -167,9 +176,9 @@ def _status(data: xr.DataTree) -> tuple[str, str]:
         try:
             held = json.loads(held)
         except json.JSONDecodeError:
-            return held, INK
+            return held, theme().ink
     try:
-        status = Status(**held)
-    except TypeError:
-        return str(held), INK
-    return str(status), PALETTE[1] if status.code in ("failed", "interrupted") else INK
+        status = Status.from_dict(held)
+    except (AttributeError, TypeError):
+        return str(held), theme().ink
+    return str(status), theme().alarm if status.code in ("failed", "interrupted") else theme().ink

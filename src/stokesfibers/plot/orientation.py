@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot import select
-from stokesfibers.plot.case import mark_reversals
-from stokesfibers.plot.style import FAINT, INK, PALETTE, new_axes, style, time_colours
+from stokesfibers.plot.case import time_axis
+from stokesfibers.plot.style import drawing, time_colours
+from stokesfibers.plot.theme import theme
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,36 +50,42 @@ def orientation(
     """
     stored = select.numbers(data, "trajectory", "time")
     asked = [stored[0], stored[-1]] if times is None else times
-    records = select.pick_records(data, asked)
-    angles = _angles(data, records)
+    chosen = select.choose(data, asked)
+    angles = _angles(data, chosen.records)
     count = angles.shape[1]
     bins = int(np.clip(round(2.0 * count ** (1.0 / 3.0)), _FEWEST_BINS, _MOST_BINS))
     edges = np.linspace(0.0, 0.5 * np.pi, bins + 1)
-    colours = time_colours(stored[records]) if len(records) > 1 else [PALETTE[0]]
-    symbol = select.describe(data, "trajectory", "time").symbol
-    if ax is None:
-        ax = new_axes()
-    with style():
+    colours = time_colours(chosen.times)
+    with drawing(ax) as ax:
         theta = np.linspace(0.0, 0.5 * np.pi, 101)
         # Thinner from one time to the next, so that none hides another where they agree.
-        widths = np.linspace(2.6, 1.0, len(records)) if len(records) > 1 else [1.2]
-        for line, time, colour, width in zip(angles, stored[records], colours, widths, strict=True):
+        widths = np.linspace(2.6, 1.0, len(angles)) if len(angles) > 1 else [1.2]
+        for line, time, colour, width in zip(angles, chosen.times, colours, widths, strict=True):
             density, _ = np.histogram(line[np.isfinite(line)], edges, density=True)
-            label = f"${symbol} = {time:.6g}$"
+            label = select.at_time(data, time)
             ax.stairs(density, edges, baseline=None, color=colour, linewidth=width, label=label)
         ax.plot(
-            theta, np.sin(theta), color=INK, linewidth=0.8, linestyle="--", label=r"$\sin\theta$"
+            theta,
+            np.sin(theta),
+            color=theme().ink,
+            linewidth=0.8,
+            linestyle="--",
+            label=r"$\sin\theta$",
         )
-        ax.set_xlim(0.0, 0.5 * np.pi)
-        ax.set_ylim(bottom=0.0)
-        ax.set_xticks(
-            np.pi * np.arange(5) / 8, ["$0$", r"$\pi/8$", r"$\pi/4$", r"$3\pi/8$", r"$\pi/2$"]
-        )
-        ax.set_xlabel(r"angle to the flow direction $\theta$")
+        _angle_axis(ax)
         ax.set_ylabel("density of fibers")
         title = "1 fiber" if count == 1 else f"{count} fibers"
         ax.legend(title=title, loc="upper left", bbox_to_anchor=(1.0, 1.0), alignment="left")
     return ax
+
+
+def _angle_axis(ax: Axes) -> None:
+    ax.set_xlim(0.0, 0.5 * np.pi)
+    ax.set_ylim(bottom=0.0)
+    ax.set_xticks(
+        np.pi * np.arange(5) / 8, ["$0$", r"$\pi/8$", r"$\pi/4$", r"$3\pi/8$", r"$\pi/2$"]
+    )
+    ax.set_xlabel(r"angle to the flow direction $\theta$")
 
 
 def order(data: xr.DataTree, ax: Axes | None = None) -> Axes:
@@ -109,11 +116,9 @@ def order(data: xr.DataTree, ax: Axes | None = None) -> Axes:
         select.read(data, "observables", "orientation_tensor").transpose("time", "i", "j")
     )
     time = select.numbers(data, "observables", "time")
-    if ax is None:
-        ax = new_axes()
-    with style():
-        ax.axhline(0.0, color=FAINT, linewidth=0.5, zorder=0)
-        ax.axhline(1.0 / 3.0, color=FAINT, linewidth=0.6, linestyle=":", zorder=0)
+    with drawing(ax) as ax:
+        ax.axhline(0.0, color=theme().faint, linewidth=0.5, zorder=0)
+        ax.axhline(1.0 / 3.0, color=theme().faint, linewidth=0.6, linestyle=":", zorder=0)
         for number, (i, j) in enumerate([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]):
             line = tensor[:, i, j]
             if i != j and not np.nanmax(np.abs(line), initial=0.0) > _ROUNDING:
@@ -121,17 +126,15 @@ def order(data: xr.DataTree, ax: Axes | None = None) -> Axes:
             ax.plot(
                 time,
                 line,
-                color=PALETTE[number],
+                color=theme().palette[number],
                 linestyle="-" if i == j else (0, (4, 1.5)),
                 linewidth=1.0 if i == j else 0.8,
                 label=rf"$\langle p_{'xyz'[i]} p_{'xyz'[j]} \rangle$",
             )
-        ax.plot(time, _largest(tensor), color=INK, linewidth=1.4, label="$S$")
-        mark_reversals(ax, data, time)
-        ax.set_xlabel(select.axis_label(select.describe(data, "observables", "time")))
+        ax.plot(time, _largest(tensor), color=theme().ink, linewidth=1.4, label="$S$")
         label = select.axis_label(select.describe(data, "observables", "orientation_tensor"))
         ax.set_ylabel(f"{label}, order $S$")
-        ax.margins(x=0.0)
+        time_axis(ax, data, time)
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return ax
 

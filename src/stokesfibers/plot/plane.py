@@ -56,7 +56,7 @@ class Plane:
     @property
     def directions(self) -> list[int]:
         """Numbers of the horizontal, the vertical and the normal direction."""
-        return _directions(self.axes)
+        return select.plane_directions(self.axes)
 
     @property
     def points(self) -> Floats:
@@ -102,34 +102,21 @@ def plane_of(
         If the directions are not two of x, y, z, the time lies outside the stored range, `at`
         is not finite, there are not 5 to 2000 points, or positions are not finite.
     """
-    if len(axes) != 2 or axes[0] == axes[1] or not set(axes) <= set("xyz"):
-        raise InputError("plane", "two different letters of x, y, z", axes)
+    directions = select.plane_directions(axes)
     count = checks.whole("points", points, _LEAST)
     if count > _MOST:
         raise InputError("points", f"a whole number, {_LEAST} to {_MOST}", count)
-    stored = select.numbers(data, "trajectory", "time")
-    record = int(select.pick_records(data, [stored[-1] if time is None else time])[0])
-    lengths = periods(data)
-    position = select.read(data, "trajectory", "position").isel(time=record)
-    whole = select.values(position.transpose("fiber", "node", "space"))
-    if not np.isfinite(whole).all():
-        raise InputError("trajectory.position", "finite positions", "others in this record")
+    record, shown_at = select.snapshot(data, time)
+    lengths, slid = periods(data), offset(data, shown_at)
     longest = float(select.numbers(data, "trajectory", "arclength").max())
-    slid = offset(data, float(stored[record]))
-    lines = wrapped(whole, lengths, slid)
+    lines = wrapped(select.positions(data, record), lengths, slid)
     box = _box(lines, lengths, longest)
-    directions = _directions(axes)
     cut = float(box[directions[2]].mean()) if at is None else checks.finite("at", at)
     x, y = _grid(box[directions[:2]], count)
     images = _images(lengths, slid)
     shown = _shown(lines, images, np.stack([box[d] for d in directions[:2]]), directions)
     fibers = tuple(line - np.array([0.0, 0.0, cut]) for line in shown)
-    return Plane(axes, cut, float(stored[record]), x, y, fibers)
-
-
-def _directions(axes: str) -> list[int]:
-    across, up = ("xyz".index(letter) for letter in axes)
-    return [across, up, 3 - across - up]
+    return Plane(axes, cut, shown_at, x, y, fibers)
 
 
 def _box(lines: Floats, lengths: Floats, longest: float) -> Floats:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -153,8 +153,85 @@ def pick_records(data: xr.DataTree, times: ArrayLike | None, most: int = MOST_RE
     return np.array(list(dict.fromkeys(nearest)), dtype=np.intp)
 
 
+@dataclass(frozen=True)
+class Chosen:
+    """Records to draw.
+
+    Attributes
+    ----------
+    records
+        Their numbers.
+    times
+        Their times.
+    """
+
+    records: Records
+    times: NDArray[np.float64]
+
+
+def choose(data: xr.DataTree, times: ArrayLike | None, most: int = MOST_RECORDS) -> Chosen:
+    """Return the records to draw with their times; parameters and errors as `pick_records`."""
+    records = pick_records(data, times, most)
+    return Chosen(records, numbers(data, "trajectory", "time")[records])
+
+
+def snapshot(data: xr.DataTree, time: float | None) -> tuple[int, float]:
+    """Return number and time of the record nearest to `time`, by default the last.
+
+    Raises
+    ------
+    InputError
+        If the time lies outside the stored range.
+    """
+    stored = numbers(data, "trajectory", "time")
+    chosen = choose(data, [stored[-1] if time is None else time])
+    return int(chosen.records[0]), float(chosen.times[0])
+
+
+def positions(data: xr.DataTree, record: int) -> NDArray[np.float64]:
+    """Return the centrelines of one record, (fiber, node, 3).
+
+    Raises
+    ------
+    InputError
+        If some are not finite.
+    """
+    array = read(data, "trajectory", "position").isel(time=record)
+    whole = values(array.transpose("fiber", "node", "space"))
+    if not np.isfinite(whole).all():
+        raise InputError("trajectory.position", "finite positions", "others in this record")
+    return whole
+
+
+def plane_directions(plane: str) -> list[int]:
+    """Return the numbers of the two directions of a plane and of the one across it.
+
+    Raises
+    ------
+    InputError
+        If the plane is not two different letters of x, y, z.
+    """
+    if len(plane) != 2 or plane[0] == plane[1] or not set(plane) <= set("xyz"):
+        raise InputError("plane", "two different letters of x, y, z", plane)
+    across, up = ("xyz".index(letter) for letter in plane)
+    return [across, up, 3 - across - up]
+
+
+def time_label(data: xr.DataTree) -> str:
+    """Return the label of an axis, a legend or a bar of times."""
+    group = "trajectory" if has(data, "trajectory", "time") else "observables"
+    return axis_label(describe(data, group, "time"))
+
+
+def at_time(data: xr.DataTree, time: float) -> str:
+    """Return ``t = ...`` with the unit, unless that only repeats the meaning."""
+    variable = describe(data, "trajectory", "time")
+    unit = "" if variable.unit == variable.meaning else f" {variable.unit}"
+    return f"${variable.symbol} = {time:.6g}${unit}"
+
+
 def _default_records(data: xr.DataTree, stored: NDArray[np.float64], most: int) -> Records:
-    energy = _energy_at(data, stored)
+    energy = energy_at(data, stored)
     if len(stored) <= most:
         return np.arange(len(stored))
     if energy is None:
@@ -171,7 +248,7 @@ def _spread(candidates: Records, most: int) -> Records:
     return candidates[np.round(np.linspace(0, len(candidates) - 1, most)).astype(np.intp)]
 
 
-def _energy_at(data: xr.DataTree, times: NDArray[np.float64]) -> NDArray[np.float64] | None:
+def energy_at(data: xr.DataTree, times: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Return the total elastic energy at `times`, or None where it tells nothing."""
     if not has(data, "observables", "elastic_energy"):
         return None

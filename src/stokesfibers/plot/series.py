@@ -8,8 +8,9 @@ import numpy as np
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot import select
-from stokesfibers.plot.case import mark_reversals
-from stokesfibers.plot.style import FAINT, INK, PALETTE, new_axes, style
+from stokesfibers.plot.case import time_axis
+from stokesfibers.plot.style import drawing
+from stokesfibers.plot.theme import theme
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,12 +67,10 @@ def series(
         if "fiber" not in array.dims:
             raise InputError("fiber", f"None, since {name} has no value per fiber", fiber)
         array = array.isel(fiber=select.pick_fibers(array.sizes["fiber"], fiber)[:1])
-    if ax is None:
-        ax = new_axes()
-    with style():
+    with drawing(ax) as ax:
         draw_fibers(ax, data, array, first=0 if fiber is None else fiber)
         ax.set_ylabel(select.axis_label(variable))
-        marked = _finish_time_axis(ax, data)
+        marked = time_axis(ax, data, select.numbers(data, "observables", "time"))
         if marked or fiber is not None or len(ax.get_legend_handles_labels()[0]) > 1:
             ax.legend()
     return ax
@@ -109,18 +108,20 @@ def stress(data: xr.DataTree, *, ax: Axes | None = None) -> Axes:
         if np.nanmax(np.abs(second), initial=0.0) > _ROUNDING * scale:
             drawn[optional] = second
     time = select.numbers(data, "observables", "time")
-    if ax is None:
-        ax = new_axes()
-    with style():
-        ax.axhline(0.0, color=FAINT, linewidth=0.5, zorder=0)
+    with drawing(ax) as ax:
+        ax.axhline(0.0, color=theme().faint, linewidth=0.5, zorder=0)
         for number, (name, line) in enumerate(drawn.items()):
             symbol = select.describe(data, "observables", name).symbol
             ax.plot(
-                time, line, color=PALETTE[number], linestyle=_DASHES[number], label=f"${symbol}$"
+                time,
+                line,
+                color=theme().palette[number],
+                linestyle=_DASHES[number],
+                label=f"${symbol}$",
             )
         unit = select.unit_text(select.describe(data, "observables", names[0]))
         ax.set_ylabel(f"extra stress{unit}")
-        _finish_time_axis(ax, data)
+        time_axis(ax, data, time)
         ax.legend()
     return ax
 
@@ -150,16 +151,14 @@ def energy(data: xr.DataTree, *, ax: Axes | None = None) -> Axes:
     time = select.numbers(data, "observables", "time")
     count = array.sizes.get("fiber", 1)
     total = select.values(select.total_over_rest(array, "time"))
-    if ax is None:
-        ax = new_axes()
-    with style():
+    with drawing(ax) as ax:
         if 1 < count < select.MOST_FIBERS:
             draw_fibers(ax, data, array)
-        colour = PALETTE[0] if count == 1 else INK
+        colour = theme().palette[0] if count == 1 else theme().ink
         ax.plot(time, total, color=colour, label="all fibers", linewidth=1.2)
         ax.set_ylim(bottom=0.0)
         ax.set_ylabel(select.axis_label(select.describe(data, "observables", "elastic_energy")))
-        _finish_time_axis(ax, data)
+        time_axis(ax, data, time)
         if len(ax.get_lines()) > 1:
             ax.legend()
     return ax
@@ -182,10 +181,10 @@ def draw_fibers(ax: Axes, data: xr.DataTree, array: xr.DataArray, first: int = 0
     lines = select.values(array.transpose("time", ...)).reshape(len(time), -1)
     if lines.shape[1] == 1:
         label = f"fiber {first}" if "fiber" in array.dims else ""
-        ax.plot(time, lines[:, 0], color=PALETTE[0], label=label)
+        ax.plot(time, lines[:, 0], color=theme().palette[0], label=label)
     elif lines.shape[1] <= select.MOST_FIBERS:
         for number, line in enumerate(lines.T):
-            ax.plot(time, line, color=PALETTE[number], label=f"fiber {first + number}")
+            ax.plot(time, line, color=theme().palette[number], label=f"fiber {first + number}")
     else:
         known = np.ma.masked_invalid(lines)
         low, mean, high = (
@@ -195,17 +194,9 @@ def draw_fibers(ax: Axes, data: xr.DataTree, array: xr.DataArray, first: int = 0
             time,
             low,
             high,
-            color=PALETTE[5],
+            color=theme().palette[5],
             alpha=0.35,
             linewidth=0.0,
             label="smallest to largest",
         )
-        ax.plot(time, mean, color=PALETTE[0], label=f"mean of {lines.shape[1]}")
-
-
-def _finish_time_axis(ax: Axes, data: xr.DataTree) -> bool:
-    """Mark flow reversals, label and fit the time axis; return whether there are marks."""
-    marked = mark_reversals(ax, data, select.numbers(data, "observables", "time"))
-    ax.set_xlabel(select.axis_label(select.describe(data, "observables", "time")))
-    ax.margins(x=0.0)
-    return marked
+        ax.plot(time, mean, color=theme().palette[0], label=f"mean of {lines.shape[1]}")

@@ -10,7 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot import select
-from stokesfibers.plot.style import COLUMN, PAGE, PALETTE, new_axes, new_panels, style, time_colours
+from stokesfibers.plot.style import (
+    COLUMN,
+    PAGE,
+    colour_bar,
+    drawing,
+    new_panels,
+    style,
+    time_colours,
+)
+from stokesfibers.plot.theme import theme
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,23 +68,20 @@ def shapes(
     InputError
         If a time lies outside the stored range, or a fiber or direction does not exist.
     """
-    records = select.pick_records(data, times)
-    stored = select.numbers(data, "trajectory", "time")[records]
-    points = _points(data, records, fibers, plane)
-    points[..., 0] += offset * np.arange(len(records))[:, None, None]
+    chosen = select.choose(data, times)
+    points = _points(data, chosen.records, fibers, plane)
+    points[..., 0] += offset * np.arange(len(points))[:, None, None]
     box = _box(points)
-    if ax is None:
-        ax = new_axes(height=_height(box))
-    colours = time_colours(stored) if len(stored) > 1 else [PALETTE[0]]
-    with style():
-        for line, time, colour in zip(points, stored, colours, strict=True):
+    colours = time_colours(chosen.times)
+    with drawing(ax, height=_height(box)) as ax:
+        for line, time, colour in zip(points, chosen.times, colours, strict=True):
             ax.plot(*_joined(line), color=colour, label=f"{time:.6g}", clip_on=False)
         ax.set_aspect("equal", adjustable="box")
         ax.set(xlim=box[0], ylim=box[1])
         unit = select.unit_text(select.describe(data, "trajectory", "position"))
         moved = f", each record moved by {offset:.3g}" if offset else ""
         ax.set(xlabel=f"${plane[0]}${unit}{moved}", ylabel=f"${plane[1]}${unit}")
-        time_key(ax, data, stored)
+        time_key(ax, data, chosen.times)
     return ax
 
 
@@ -103,53 +109,49 @@ def shape_panels(
     InputError
         If a time lies outside the stored range, or a direction does not exist.
     """
-    records = select.pick_records(data, times)
-    stored = select.numbers(data, "trajectory", "time")[records]
-    points = _points(data, records, None, plane)
+    chosen = select.choose(data, times)
+    points = _points(data, chosen.records, None, plane)
     box = _box(points)
     ratio = (box[1, 1] - box[1, 0]) / (box[0, 1] - box[0, 0])
-    rows = -(-len(records) // (_ACROSS_WIDE if ratio < _WIDE else _ACROSS))
-    columns = -(-len(records) // rows)
+    rows = -(-len(chosen.times) // (_ACROSS_WIDE if ratio < _WIDE else _ACROSS))
+    columns = -(-len(chosen.times) // rows)
     width = COLUMN if columns <= 3 else PAGE
     height = rows * (min(ratio * (width - 0.5) / columns, 3.0) + 0.2) + 0.4
     grid = new_panels(rows, columns, width=width, height=height, shared_scale=True)
     axes = grid.ravel()
-    time = select.describe(data, "trajectory", "time")
-    shown = "" if time.unit == time.meaning else f" {time.unit}"
     with style():
-        for ax, line, t in zip(axes, points, stored, strict=False):
-            ax.plot(*_joined(line), color=PALETTE[0], clip_on=False)
+        for ax, line, time in zip(axes, points, chosen.times, strict=False):
+            ax.plot(*_joined(line), color=theme().palette[0], clip_on=False)
             ax.set_aspect("equal", adjustable="box")
-            ax.set_title(f"${time.symbol} = {t:.6g}${shown}")
+            ax.set_title(select.at_time(data, time))
             ax.locator_params(nbins=3, min_n_ticks=2)
             ax.xaxis.set_major_formatter("{x:g}")  # narrow panels: 0, not 0.00
         axes[0].set(xlim=box[0], ylim=box[1])
-        for spare in axes[len(records) :]:
+        for spare in axes[len(chosen.times) :]:
             spare.remove()
         unit = select.unit_text(select.describe(data, "trajectory", "position"))
         grid[0, 0].figure.supxlabel(f"${plane[0]}${unit}", fontsize=8.5)
         for ax in grid[:, 0]:
             ax.set_ylabel(f"${plane[1]}${unit}")
-    return axes[: len(records)]
+    return axes[: len(chosen.times)]
 
 
 def time_key(ax: Axes, data: xr.DataTree, times: NDArray[np.float64]) -> None:
     """Say which colour is which time: a legend beside the axes, or a colour bar if many."""
-    variable = select.describe(data, "trajectory", "time")
     if len(times) <= _LEGEND_ROWS:
-        title = select.axis_label(variable)
-        ax.legend(title=title, loc="upper left", bbox_to_anchor=(1.02, 1.0), alignment="left")
+        ax.legend(
+            title=select.time_label(data),
+            loc="upper left",
+            bbox_to_anchor=(1.02, 1.0),
+            alignment="left",
+        )
         return
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import ListedColormap, Normalize
+    from matplotlib.colors import Normalize
 
-    first, last = float(np.min(times)), float(np.max(times))
-    colours = ListedColormap(time_colours(np.linspace(0.0, 1.0, 256)))
-    bar = ax.figure.colorbar(
-        ScalarMappable(Normalize(first, last), colours), ax=ax, aspect=25, pad=0.02, shrink=0.9
-    )
-    bar.set_label(select.axis_label(variable))
-    bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
+    scale = Normalize(float(np.min(times)), float(np.max(times)))
+    colours = theme().map_of(theme().passing)
+    colour_bar(ax, ScalarMappable(scale, colours), select.time_label(data))
 
 
 def _points(
@@ -157,10 +159,8 @@ def _points(
 ) -> NDArray[np.float64]:
     """Return a copy of the chosen positions: (record, fiber, node, 2)."""
     position = select.read(data, "trajectory", "position")
-    if len(plane) != 2 or plane[0] == plane[1] or not set(plane) <= set("xyz"):
-        raise InputError("plane", "two different letters of x, y, z", plane)
+    space = select.plane_directions(plane)[:2]
     picked = select.pick_fibers(position.sizes["fiber"], fibers)
-    space = ["xyz".index(letter) for letter in plane]
     # One selection at a time: lazily indexed arrays take no two lists at once as a block.
     chosen = position.isel(time=records).isel(fiber=picked).isel(space=space)
     return np.array(chosen.transpose("time", "fiber", "node", "space").to_numpy(), np.float64)

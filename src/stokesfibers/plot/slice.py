@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stokesfibers.core.errors import InputError
-from stokesfibers.core.variables import lookup
+from stokesfibers.core.variables import Variable, lookup
 from stokesfibers.plot import select
-from stokesfibers.plot.style import COLUMN, INK, PALETTE, new_axes, style
+from stokesfibers.plot.style import COLUMN, colour_bar, drawing
+from stokesfibers.plot.theme import theme
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.colors import Colormap
 
 _EVEN = 1e-6  # streamlines are followed on evenly spaced grids only
 _FINER = 10  # parts of an interval, to find where a fiber is near the plane
@@ -67,11 +67,9 @@ def velocity_slice(
     u = _velocity(velocity, len(up), len(across))
     speed = np.sqrt(np.sum(u**2, axis=-1))
     lines = [_line(fiber) for fiber in fibers or ()]
-    if ax is None:
-        height = (up[-1] - up[0]) / (across[-1] - across[0]) * (COLUMN - 1.2) + 0.5
-        ax = new_axes(height=float(np.clip(height, 1.5, 5.0)))
-    with style():
-        ax.set_facecolor("#BDBDBD")
+    height = (up[-1] - up[0]) / (across[-1] - across[0]) * (COLUMN - 1.2) + 0.5
+    with drawing(ax, height=float(np.clip(height, 1.5, 5.0))) as ax:
+        ax.set_facecolor(theme().hidden)
         _draw_speed(ax, across, up, speed)
         _draw_streams(ax, across, up, u)
         for line in lines:
@@ -93,22 +91,20 @@ def _draw_speed(
         across,
         up,
         speed,
-        cmap=_pale(),
+        cmap=theme().map_of(theme().pale),
         shading="nearest",
         rasterized=True,
         vmin=0.0,
         vmax=top or None,
     )
-    bar = ax.figure.colorbar(
-        drawn,
-        ax=ax,
-        aspect=25,
-        pad=0.02,
-        shrink=0.9,
-        extend="max" if top < largest else "neither",
-    )
-    bar.set_label(r"speed $|\mathbf{u}|$ [length time$^{-1}$]")
-    bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
+    colour_bar(ax, drawn, _speed_label(), extend="max" if top < largest else "neither")
+
+
+def _speed_label() -> str:
+    """Return the label of the colour bar; its unit is that of a position over a time."""
+    length, time = (lookup("trajectory", name).unit for name in ("position", "time"))
+    speed = Variable("speed", "observables", (), f"{length} {time}^-1", r"|\mathbf{u}|", "speed")
+    return select.axis_label(speed, longest=8)  # a bar may be short
 
 
 def _draw_streams(
@@ -116,15 +112,17 @@ def _draw_streams(
 ) -> None:
     density = (1.2, float(np.clip(1.2 * len(up) / len(across), 0.4, 2.0)))
     streams = (np.ma.masked_invalid(u[..., 0]), np.ma.masked_invalid(u[..., 1]))
-    ax.streamplot(across, up, *streams, color=INK, linewidth=0.45, arrowsize=0.55, density=density)
+    ax.streamplot(
+        across, up, *streams, color=theme().ink, linewidth=0.45, arrowsize=0.55, density=density
+    )
 
 
 def _draw_line(ax: Axes, line: NDArray[np.float64], within: float | None) -> None:
     """Draw a centreline; with distances from the plane, boldly only where it is near."""
     if within is None or line.shape[1] == 2:
-        ax.plot(line[:, 0], line[:, 1], color=PALETTE[1], linewidth=1.6, zorder=3)
+        ax.plot(line[:, 0], line[:, 1], color=theme().palette[1], linewidth=1.6, zorder=3)
         return
-    ax.plot(line[:, 0], line[:, 1], color=PALETTE[1], linewidth=0.5, alpha=0.75, zorder=3)
+    ax.plot(line[:, 0], line[:, 1], color=theme().palette[1], linewidth=0.5, alpha=0.75, zorder=3)
     # between nodes too, or a fiber that cuts the plane steeply would miss it
     nodes = np.arange(len(line))
     fine = np.linspace(0, len(line) - 1, _FINER * (len(line) - 1) + 1)
@@ -132,15 +130,7 @@ def _draw_line(ax: Axes, line: NDArray[np.float64], within: float | None) -> Non
     near = np.abs(off) <= within * (1.0 + 1e-9)
     if near.any():
         bold = np.where(near, [x, y], np.nan)
-        ax.plot(*bold, color=PALETTE[1], linewidth=1.8, zorder=3)
-
-
-def _pale() -> Colormap:
-    """Return a map from white to a blue on which dark streamlines still stand out."""
-    import matplotlib
-    from matplotlib.colors import ListedColormap
-
-    return ListedColormap(matplotlib.colormaps["Blues"](np.linspace(0.0, 0.72, 256)))
+        ax.plot(*bold, color=theme().palette[1], linewidth=1.8, zorder=3)
 
 
 def _even(name: str, given: ArrayLike) -> NDArray[np.float64]:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from io import BytesIO
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -17,19 +18,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stokesfibers.core.errors import InputError
+from stokesfibers.plot.theme import LIGHT, theme
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colorbar import Colorbar
     from matplotlib.figure import Figure
 
 COLUMN = 3.5
 """Width of one journal column in inches."""
 PAGE = 7.2
 """Width of a journal page (two columns) in inches."""
-PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
-"""Okabe-Ito colours, told apart by all common kinds of colour blindness; weakest on white last."""
-INK = "#222222"
-FAINT = "#9A9A9A"
+PALETTE = LIGHT.palette
+INK = LIGHT.ink
+FAINT = LIGHT.faint
+"""Colours on paper, for figures that are made for it; others ask `theme()`."""
 SUFFIXES = (".png", ".pdf", ".svg")
 
 _SERIF = ("STIXGeneral", "Times New Roman", "Times", "DejaVu Serif")
@@ -42,12 +46,7 @@ STYLE: Mapping[Any, Any] = MappingProxyType(
         "font.size": 8.0,
         "mathtext.fontset": "stix",
         "text.usetex": False,
-        "text.color": INK,
-        "figure.facecolor": "white",
         "figure.titlesize": 8.0,
-        "axes.facecolor": "white",
-        "axes.edgecolor": INK,
-        "axes.labelcolor": INK,
         "axes.labelsize": 8.5,
         "axes.titlesize": 8.0,
         "axes.titlepad": 3.0,
@@ -55,11 +54,8 @@ STYLE: Mapping[Any, Any] = MappingProxyType(
         "axes.grid": False,
         "axes.spines.top": False,
         "axes.spines.right": False,
-        "axes.prop_cycle": "cycler('color', [" + ", ".join(f"'{c}'" for c in PALETTE) + "])",
         "axes.formatter.limits": [-3, 4],
         "axes.formatter.use_mathtext": True,
-        "xtick.color": INK,
-        "ytick.color": INK,
         "xtick.labelsize": 7.5,
         "ytick.labelsize": 7.5,
         "xtick.major.width": 0.5,
@@ -81,7 +77,6 @@ STYLE: Mapping[Any, Any] = MappingProxyType(
         "legend.handlelength": 1.6,
         "legend.labelspacing": 0.25,
         "legend.borderaxespad": 0.2,
-        "savefig.facecolor": "white",
         # Text stays text: it can be searched, and edited by the journal.
         "svg.fonttype": "none",
         "pdf.fonttype": 42,
@@ -89,7 +84,7 @@ STYLE: Mapping[Any, Any] = MappingProxyType(
         "svg.hashsalt": "stokesfibers",
     }
 )
-"""Settings of matplotlib that hold inside `style()`."""
+"""Settings of matplotlib that hold inside `style()`, with the colours of the theme."""
 
 
 @contextmanager
@@ -97,8 +92,24 @@ def style() -> Iterator[None]:
     """Hold the house style inside a ``with`` block; the settings before it come back after it."""
     import matplotlib
 
-    with matplotlib.rc_context(dict(STYLE)):
+    settings: dict[Any, Any] = {**STYLE, **theme().settings()}
+    with matplotlib.rc_context(settings):
         yield
+
+
+@contextmanager
+def drawing(ax: Axes | None, *, height: float = 2.3) -> Iterator[Axes]:
+    """Give the axes to draw on inside the house style: `ax`, or those of a new figure.
+
+    Parameters
+    ----------
+    ax
+        Axes the caller wants drawn on, or None.
+    height
+        Height of a new figure in inches; its width is a journal column.
+    """
+    with style():
+        yield new_axes(height=height) if ax is None else ax
 
 
 def new_axes(*, width: float = COLUMN, height: float = 2.3) -> Axes:
@@ -136,25 +147,45 @@ def new_panels(
         axes = figure.subplots(
             rows, columns, sharex=shared_scale, sharey=shared_scale, squeeze=False
         )
+        for ax in axes.flat:
+            ink_ticks(ax)
     return np.asarray(axes, dtype=object)
+
+
+def ink_ticks(ax: Axes) -> None:
+    """Give ticks the theme's colour for good: matplotlib makes them only when it draws."""
+    ax.tick_params(which="both", color=theme().ink, labelcolor=theme().ink)
 
 
 def time_colours(times: NDArray[np.float64]) -> list[tuple[float, float, float, float]]:
     """Return one colour per time: dark to light with growing time, perceptually uniform.
 
-    The map is viridis without its lightest part, which is lost on white paper.
+    The map is viridis without the end that is lost on the ground. A single time has the first
+    colour of the palette.
 
     Parameters
     ----------
     times : (n,)
     """
-    import matplotlib
+    from matplotlib.colors import to_rgba
 
+    if len(times) == 1:
+        return [to_rgba(theme().palette[0])]
     first, last = float(np.min(times)), float(np.max(times))
     span = last - first
     where = (times - first) / span if span > 0.0 else np.zeros(len(times))
-    viridis = matplotlib.colormaps["viridis"]
-    return [viridis(0.88 * float(w)) for w in where]
+    colours = theme().map_of(theme().passing)
+    return [colours(float(w)) for w in where]
+
+
+def colour_bar(ax: Axes, drawn: ScalarMappable, label: str, **options: Any) -> Colorbar:
+    """Add a colour bar beside the axes in house style; options are those of matplotlib."""
+    options = {"aspect": 25, "pad": 0.02, "shrink": 0.9, **options}
+    bar = ax.figure.colorbar(drawn, ax=ax, **options)
+    bar.set_label(label)
+    bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
+    ink_ticks(bar.ax)
+    return bar
 
 
 def save(drawn: Figure | Axes | NDArray[Any], path: str | os.PathLike[str], dpi: int = 200) -> Path:
@@ -165,7 +196,8 @@ def save(drawn: Figure | Axes | NDArray[Any], path: str | os.PathLike[str], dpi:
     drawn
         What a plot function returned: axes or an array of axes; or a figure.
     path
-        File to write; its suffix, .png, .pdf or .svg, picks the format. Replaced if it exists.
+        File to write; its suffix, .png, .pdf or .svg, picks the format. Replaced if it exists, once
+        the new one is whole.
     dpi
         Dots per inch of a png.
 
@@ -184,17 +216,38 @@ def save(drawn: Figure | Axes | NDArray[Any], path: str | os.PathLike[str], dpi:
         )
     if not dpi > 0:
         raise InputError("dpi", "a positive number", dpi)
-    no_date = {".png": {}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
-    with style():
+    part = target.with_name(f".{target.name}.partial")
+    try:
+        part.write_bytes(rendered(drawn, suffix[1:], dpi))
+        os.replace(part, target)
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+    return target
+
+
+def rendered(
+    drawn: Figure | Axes | NDArray[Any], kind: str, dpi: int = 200, *, as_paths: bool = False
+) -> bytes:
+    """Return a figure as the content of a file of `kind` png, pdf or svg; as `save`.
+
+    With `as_paths` the text of an svg is drawn: it looks alike where the fonts are missing.
+    """
+    import matplotlib
+
+    no_date = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
+    file = BytesIO()
+    fonts: dict[Any, Any] = {"svg.fonttype": "path"} if as_paths else {}
+    with style(), matplotlib.rc_context(fonts):
         _figure_of(drawn).savefig(
-            target,
-            format=suffix[1:],
+            file,
+            format=kind,
             dpi=dpi,
             bbox_inches="tight",
             pad_inches=0.03,
-            metadata=no_date[suffix],
+            metadata=no_date[kind],
         )
-    return target
+    return file.getvalue()
 
 
 def _figure_of(drawn: Figure | Axes | NDArray[Any]) -> Figure:

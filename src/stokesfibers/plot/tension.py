@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 
 from stokesfibers.plot import select
 from stokesfibers.plot.shapes import time_key
-from stokesfibers.plot.style import FAINT, PALETTE, new_axes, style, time_colours
+from stokesfibers.plot.style import drawing, time_colours
+from stokesfibers.plot.theme import theme
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,23 +47,20 @@ def tension(
     InputError
         If a time lies outside the stored range or the fiber does not exist.
     """
-    records = select.pick_records(data, times)
-    stored = select.numbers(data, "trajectory", "time")[records]
+    chosen = select.choose(data, times)
     array = select.read(data, "trajectory", "tension")
     number = int(select.pick_fibers(array.sizes["fiber"], fiber)[0])
     arclength = select.values(select.read(data, "trajectory", "arclength").isel(fiber=number))
-    chosen = array.isel(fiber=number).isel(time=records).transpose("time", "node")
-    colours = time_colours(stored) if len(stored) > 1 else [PALETTE[0]]
-    if ax is None:
-        ax = new_axes()
-    with style():
-        ax.axhline(0.0, color=FAINT, linewidth=0.5, zorder=0)
-        for line, time, colour in zip(select.values(chosen), stored, colours, strict=True):
+    picked = array.isel(fiber=number).isel(time=chosen.records).transpose("time", "node")
+    lines, colours = select.values(picked), time_colours(chosen.times)
+    with drawing(ax) as ax:
+        ax.axhline(0.0, color=theme().faint, linewidth=0.5, zorder=0)
+        for line, time, colour in zip(lines, chosen.times, colours, strict=True):
             ax.plot(arclength, line, color=colour, label=f"{time:.6g}")
         if array.sizes["fiber"] > 1:
             ax.set_title(f"fiber {number}")
         ax.set_xlim(float(arclength[0]), float(arclength[-1]))
         ax.set_xlabel(select.axis_label(select.describe(data, "trajectory", "arclength")))
         ax.set_ylabel(select.axis_label(select.describe(data, "trajectory", "tension")))
-        time_key(ax, data, stored)
+        time_key(ax, data, chosen.times)
     return ax

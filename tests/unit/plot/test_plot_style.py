@@ -9,10 +9,11 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
 
 from stokesfibers import plot
 from stokesfibers.core.errors import InputError
-from stokesfibers.plot.style import STYLE, new_panels, time_colours
+from stokesfibers.plot.style import PALETTE, STYLE, new_panels, time_colours
 
 
 def test_import_leaves_matplotlib_and_xarray_alone():
@@ -97,6 +98,20 @@ def test_bad_paths_are_refused(name, expected, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_failure_leaves_the_old_file_and_no_other(run, tmp_path, monkeypatch):
+    path = plot.save(plot.energy(run), tmp_path / "a.png", dpi=50)
+    before = path.read_bytes()
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.replace", full)
+    with pytest.raises(OSError, match="space"):
+        plot.save(plot.stress(run), path, dpi=50)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
 def test_bad_dpi_and_bad_figure_are_refused(tmp_path):
     with pytest.raises(InputError, match="dpi"):
         plot.save(plot.new_axes(), tmp_path / "a.png", dpi=0)
@@ -123,4 +138,4 @@ def test_time_colours_get_steadily_lighter_and_never_fade_into_white():
     light = colours @ [0.2126, 0.7152, 0.0722]
     assert np.all(np.diff(light) > 0.1)
     assert light[-1] < 0.8
-    assert time_colours(np.array([3.0]))[0] == time_colours(np.array([0.0, 1.0]))[0]
+    assert time_colours(np.array([3.0])) == [to_rgba(PALETTE[0])]

@@ -1,0 +1,106 @@
+"""``stokesfibers view``: a run in three dimensions, with a time slider."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from stokesfibers.cli.failure import guarded
+from stokesfibers.cli.options import RUN, quiet_option, run_argument
+
+_COLOURS = ("tension", "curvature", "orientation", "fiber")
+
+
+@click.command(short_help="Look at a run in 3D, with a time slider.")
+@run_argument
+@click.option(
+    "--color",
+    "colour",
+    type=click.Choice(_COLOURS),
+    default="tension",
+    show_default=True,
+    help="What the colour of the fibers shows.",
+)
+@click.option("--limit", type=float, help="Where the colours of tension or curvature end.")
+@click.option("--every", type=int, default=1, show_default=True, help="Show every N-th record.")
+@click.option(
+    "--least-radius",
+    type=float,
+    help="Draw fibers at least this thick; by default 0.3 % of the scene's size.",
+)
+@click.option(
+    "--unwrapped", is_flag=True, help="Show fibers where they went, not in the periodic cell."
+)
+@click.option("--web", is_flag=True, help="Serve the viewer for a browser on this machine.")
+@click.option("--port", type=click.IntRange(1, 65535), help="--web: port of the page, or 9090.")
+@click.option(
+    "--data-port", type=click.IntRange(1, 65535), help="Port the data comes from, or 9876."
+)
+@click.option("--open", "browse", is_flag=True, help="--web: open the page in the browser.")
+@click.option("--save", type=RUN, help="Write a recording, .rrd, to be viewed later, and end.")
+@click.option("--overwrite", is_flag=True, help="--save: replace a file that exists.")
+@quiet_option
+@guarded
+def view(*, run: Path, save: Path | None, overwrite: bool, quiet: bool, **options: Any) -> None:
+    """Show the run in the folder RUN in the Rerun viewer.
+
+    Fibers are tubes of their real radius, with energy, stress, distances, errors and steps beside
+    them. The run may still be in progress: what is complete is shown. Needs the extra 'view'.
+    """
+    from stokesfibers.cli.bars import bar
+    from stokesfibers.studio.view import save_view, view_run
+    from stokesfibers.studio.view_recording import Look
+
+    _refuse_what_does_not_fit(save=save, overwrite=overwrite, **options)
+    look = Look(
+        colour=options["colour"],
+        limit=options["limit"],
+        every=options["every"],
+        least_radius=options["least_radius"],
+        wrap=not options["unwrapped"],
+    )
+    with bar("records", quiet=quiet) as moved:
+        if save is not None:
+            made = save_view(run, save, look=look, overwrite=overwrite, progress=moved)
+            if not quiet:
+                click.echo(f"{made}\nNext: rerun {made}")
+            return
+
+        def ready(page: str) -> None:
+            if page:
+                click.echo(f"The run is at {page}\nCtrl-C ends it.")
+            if page and options["browse"]:
+                click.launch(page)
+
+        view_run(
+            run,
+            look=look,
+            web=options["web"],
+            port=options["port"],
+            data_port=options["data_port"],
+            ready=ready,
+            progress=moved,
+        )
+
+
+def _refuse_what_does_not_fit(*, save: Path | None, overwrite: bool, **options: Any) -> None:
+    """Refuse options that would have no effect.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    from stokesfibers.core.errors import InputError
+
+    if save is not None and options["web"]:
+        raise InputError("--save", "--save or --web", "both")
+    if overwrite and save is None:
+        raise InputError("--overwrite", "--save", "nothing to write")
+    for name, given in (("--port", options["port"]), ("--open", options["browse"] or None)):
+        if given is not None and not options["web"]:
+            raise InputError(name, "--web", "no --web")
+    if save is not None and options["data_port"] is not None:
+        raise InputError("--data-port", "a viewer", "--save, which opens none")

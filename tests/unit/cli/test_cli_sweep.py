@@ -1,0 +1,172 @@
+"""``stokesfibers sweep``: what it says and returns, with good input and bad."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from stokesfibers.study.sweep_plan import read_plan
+
+SWEEPS = sorted((Path(__file__).parents[3] / "cases" / "sweeps").glob("*.toml"))
+SWEEP = """\
+[case]
+fiber.slenderness = 1e-2
+flow.kind = "shear"
+initial = {kind = "nearly_straight", angle = 2.0, amplitude = 0.1}
+stepping = {rtol = 1e-3, until = 0.5}
+record = {positions_every = 0.25}
+
+[grid]
+fluid.mu_bar = [1e3, 1e4]
+
+[collect]
+final = ["elastic_energy"]
+"""
+BROKEN_FLOW = """\
+def velocity(x, t):
+    if t > 0.3:
+        raise RuntimeError("no wind")
+    return 0.0 * x
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A sweep of two short cases, in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "twofold.toml"
+    path.write_text(SWEEP)
+    return path
+
+
+def test_the_plain_form_runs_the_sweep_and_says_where(file, invoke):
+    result = invoke("sweep", file, "--workers", 1)
+    assert result.exit_code == 0, result.output
+    assert "2 cases in twofold: 2 new." in result.stdout
+    assert "done: 2 of 2 cases, stored in twofold/sweep.zarr" in result.stdout
+    lines = result.stderr.splitlines()
+    assert [line.partition("-")[0] for line in lines] == [
+        "[1/2] done: mu_bar=1000",
+        "[2/2] done: mu_bar=10000",
+    ]
+    data = xr.open_zarr("twofold/sweep.zarr").load()
+    assert data["elastic_energy_final"].dims == ("mu_bar", "fiber")
+    again = invoke("sweep", "--workers", 1, file, "--out", "twofold", "--quiet")
+    assert (again.exit_code, again.output) == (0, "")
+
+
+def test_settings_change_the_base_and_netcdf_is_written(file, invoke):
+    words = ("--workers", 1, "--set", "stepping.until=0.25", "--netcdf", "out.nc")
+    result = invoke("sweep", "run", file, *words)
+    assert result.exit_code == 0, result.output
+    data = xr.load_dataset("out.nc", engine="scipy")
+    assert data["time_reached"].to_numpy().tolist() == [0.25, 0.25]
+    assert data["status"].to_numpy().tolist() == ["done", "done"]
+
+
+def test_dry_run_lists_the_cases_and_makes_nothing(file, invoke):
+    result = invoke("sweep", file, "--dry-run")
+    assert result.exit_code == 0
+    assert "fluid.mu_bar" in result.stdout
+    assert "mu_bar=10000-" in result.stdout
+    assert not Path("twofold").exists()
+
+
+def test_status_tells_counts_and_how_to_go_on(file, invoke):
+    assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
+    result = invoke("sweep", "status", "twofold")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("not running: twofold, 2 cases, 100 % done")
+    assert "2 done" in result.stdout
+    file.write_text(SWEEP.replace("[1e3, 1e4]", "[1e4, 1e5]"))
+    assert "1 new, 1 kept" in invoke("sweep", file, "--dry-run").stdout
+    result = invoke("sweep", file, "--workers", 1)
+    assert "1 case of the last sweep not asked for any more; the runs stay" in result.stdout
+    found = json.loads(invoke("sweep", "status", "twofold", "--json").stdout)
+    assert found["counts"] == {
+        "done": 2,
+        "running": 0,
+        "interrupted": 0,
+        "waiting": 0,
+        "failed": 0,
+    }
+    assert found["share"] == 1.0
+    assert [state["values"] for state in found["states"]] == [
+        {"fluid.mu_bar": 1e4},
+        {"fluid.mu_bar": 1e5},
+    ]
+    assert all(Path(state["run"]).is_dir() for state in found["states"])
+
+
+def test_a_failure_is_said_with_its_reason_and_gives_code_3(file, invoke):
+    Path("flow.py").write_text(BROKEN_FLOW)
+    flow = 'flow = {kind = "python", file = "flow.py"}'
+    file.write_text(SWEEP.replace('flow.kind = "shear"', flow))
+    assert invoke("sweep", file, "--workers", 1).exit_code == 2
+    result = invoke("sweep", file, "--workers", 1, "--allow-python")
+    assert result.exit_code == 3
+    assert "error: 2 of 2 cases failed" in result.stderr
+    assert "no wind" in result.stderr
+    shown = invoke("sweep", "status", "twofold").stdout
+    assert "2 failed" in shown
+    assert "no wind" in shown
+
+
+def test_the_same_reason_is_said_once(file, invoke):
+    start = 'initial = {kind = "lattice", cells = [1, 1, 2], box = [2.0, 2.0, 1e-3]}'
+    text = SWEEP.replace(next(s for s in SWEEP.splitlines() if "initial" in s), start)
+    file.write_text(text.replace("[case]", "[case]\nfiber.count = 2"))
+    result = invoke("sweep", file, "--workers", 1)
+    assert result.exit_code == 3
+    assert result.stderr.count("fibers whose surfaces do not overlap") == 1
+    assert result.stderr.count("mu_bar=10000-") == 2  # as it ended, and below the reason
+
+
+def test_collect_makes_the_dataset_anew(file, invoke):
+    assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
+    result = invoke("sweep", "collect", "twofold")
+    assert (result.exit_code, result.stdout) == (0, "twofold/sweep.zarr holds 2 of 2 cases.\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("sweep", "no.toml"), "no.toml: expected a case file, got nothing: no such file"),
+        (("sweep", "status", "nowhere"), "nowhere: expected the folder of a sweep"),
+        (("sweep", "collect", "."), "expected the folder of a sweep"),
+        (("sweep", "bad.toml"), "grid.fluid.mu_bar: expected different values"),
+        (("sweep", "twofold.toml", "--out", "no/such"), "a missing folder. Make the folder"),
+        (("sweep", "twofold.toml", "--set", "fluid.mu_bar=3"), "a key that is not swept"),
+        (("sweep", "twofold.toml", "--workers", "0"), "0 is not in the range x>=1"),
+        (("sweep", "twofold.toml", "--out", "."), "expected the folder of a sweep, or an empty"),
+    ],
+)
+@pytest.mark.usefixtures("file")
+def test_bad_input_is_told_with_code_2(invoke, words, told):
+    Path("bad.toml").write_text(SWEEP.replace("[1e3, 1e4]", "[1e3, 1e3]"))
+    result = invoke(*words)
+    assert result.exit_code == 2
+    assert told in result.stderr
+    assert "Traceback" not in result.output
+
+
+def test_help_names_the_plain_form_and_the_other_commands(invoke):
+    said = invoke("sweep", "--help").stdout
+    assert "sweep SWEEP.toml [OPTIONS] | COMMAND" in said
+    for word in ("run", "status", "collect"):
+        assert f"  {word} " in said
+    options = invoke("sweep", "run", "--help").stdout
+    for option in ("--out", "--workers", "--scheduler", "--set", "--retry", "--dry-run"):
+        assert option in options
+
+
+@pytest.mark.parametrize("shipped", SWEEPS, ids=lambda p: p.stem)
+def test_shipped_sweeps_are_valid(shipped):
+    assert len(read_plan(shipped).cases) >= 6
+
+
+def test_some_sweeps_are_shipped():
+    assert SWEEPS

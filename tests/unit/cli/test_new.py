@@ -1,0 +1,43 @@
+"""Case files to start from: every shipped one can be had and is valid."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from stokesfibers.cli.main import main
+from stokesfibers.config.case import load_case
+from stokesfibers.config.shipped import shipped_cases
+
+
+def invoke(*words: object):
+    return CliRunner().invoke(main, ["new", *map(str, words)])
+
+
+def test_lists_all_with_what_they_are():
+    said = invoke().output
+    for name in ("buckling", "cloud", "sheared_cell", "sweeps/buckling"):
+        assert name in said
+    assert "A flexible fiber in shear flow buckles" in said
+
+
+@pytest.mark.parametrize("name", [n for n in shipped_cases() if "/" not in n])
+def test_a_copy_is_a_valid_case(name, tmp_path):
+    out = tmp_path / "mine.toml"
+    assert invoke(name, "--out", out).exit_code == 0
+    assert load_case(out).problem == load_case(shipped_cases()[name]).problem
+
+
+def test_nothing_is_overwritten_and_bad_names_are_told(tmp_path: Path):
+    out = tmp_path / "mine.toml"
+    out.write_text("mine")
+    refused = invoke("buckling", "--out", out)
+    assert refused.exit_code == 2
+    assert "does not exist" in refused.output
+    assert out.read_text() == "mine"
+    unknown = invoke("bukling")
+    assert unknown.exit_code == 2
+    assert "buckling" in unknown.output
+    assert invoke("buckling", "--out", tmp_path / "none" / "x.toml").exit_code == 2
