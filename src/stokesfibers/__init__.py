@@ -14,8 +14,10 @@ if TYPE_CHECKING:
     from stokesfibers import plot
     from stokesfibers.config.case import Case, load_case
     from stokesfibers.core.errors import InputError, StokesFibersError, StoreError
+    from stokesfibers.domain import Free, Periodic, Sheared
     from stokesfibers.fiber import curves as shapes
     from stokesfibers.fiber.parameters import Fiber
+    from stokesfibers.fiber.suspension import Lattice, Suspension
     from stokesfibers.flow import (
         Extension,
         NoFlow,
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
         UserFlow,
     )
     from stokesfibers.io.reader import open_run
+    from stokesfibers.load import Gravity, StericRepulsion, UserLoad
+    from stokesfibers.observe.averages import average_of
     from stokesfibers.observe.velocity import fluid_velocity
     from stokesfibers.problem.engine import PaperEngine, SpectralEngine
     from stokesfibers.problem.problem import Problem
@@ -43,6 +47,12 @@ if TYPE_CHECKING:
         PaperRegularization,
         SpheroidalRegularization,
     )
+    from stokesfibers.studio.export import export_run
+    from stokesfibers.studio.movie import Film, movie
+    from stokesfibers.studio.report import report
+    from stokesfibers.studio.view import save_view, view_run
+    from stokesfibers.studio.view_recording import Look
+    from stokesfibers.study.sweep import sweep
 
 _FLOWS = (
     "Extension",
@@ -71,7 +81,12 @@ _HOMES: dict[str, str] = {
     "StokesFibersError": "core.errors",
     "StoreError": "core.errors",
     "Fiber": "fiber.parameters",
+    "Lattice": "fiber.suspension",
+    "Suspension": "fiber.suspension",
     **dict.fromkeys(_FLOWS, "flow"),
+    **dict.fromkeys(("Free", "Periodic", "Sheared"), "domain"),
+    **dict.fromkeys(("Gravity", "StericRepulsion", "UserLoad"), "load"),
+    "average_of": "observe.averages",
     "open_run": "io.reader",
     "PaperEngine": "problem.engine",
     "SpectralEngine": "problem.engine",
@@ -86,6 +101,13 @@ _HOMES: dict[str, str] = {
     "LocalDrag": "slender.mobility",
     "NonLocal": "slender.mobility",
     **dict.fromkeys(_REGULARIZATIONS, "slender.regularization"),
+    "Film": "studio.movie",
+    "movie": "studio.movie",
+    "report": "studio.report",
+    "export_run": "studio.export",
+    "Look": "studio.view_recording",
+    **dict.fromkeys(("save_view", "view_run"), "studio.view"),
+    "sweep": "study.sweep",
 }
 _MODULES = ("plot", "shapes")
 
@@ -94,38 +116,55 @@ __all__ = [
     "ConstantRegularization",
     "Extension",
     "Fiber",
+    "Film",
+    "Free",
+    "Gravity",
     "InputError",
+    "Lattice",
     "LocalDrag",
+    "Look",
     "NoFlow",
     "NoRegularization",
     "NonLocal",
     "OscillatoryShear",
     "PaperEngine",
     "PaperRegularization",
+    "Periodic",
     "PlanarExtension",
     "Problem",
     "Result",
     "Rotation",
     "Shear",
+    "Sheared",
     "SpectralEngine",
     "SpheroidalRegularization",
+    "StericRepulsion",
     "StokesFibersError",
     "StopWhen",
     "StoreError",
     "SumOfFlows",
+    "Suspension",
     "TimeDependentShear",
     "Uniform",
     "UserFlow",
+    "UserLoad",
     "__version__",
+    "average_of",
     "every",
+    "export_run",
     "fluid_velocity",
     "load_case",
+    "movie",
     "open_run",
     "plot",
+    "report",
     "resume",
+    "save_view",
     "shapes",
     "simulate",
+    "sweep",
     "velocity_from_run",
+    "view_run",
 ]
 
 

@@ -2,25 +2,64 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 from stokesfibers.cli.check import check
 from stokesfibers.cli.cite import cite
 from stokesfibers.cli.doctor import doctor
+from stokesfibers.cli.export import export
+from stokesfibers.cli.failure import INTERRUPTED, complain
+from stokesfibers.cli.movie import movie
+from stokesfibers.cli.new import new
 from stokesfibers.cli.plot import plot
 from stokesfibers.cli.ranks import silence_assistants
+from stokesfibers.cli.report import report
 from stokesfibers.cli.reproduce import reproduce
 from stokesfibers.cli.resume import resume
 from stokesfibers.cli.run import run
 from stokesfibers.cli.schema import schema
 from stokesfibers.cli.show import show
+from stokesfibers.cli.sweep import sweep
+from stokesfibers.cli.validate import validate
+from stokesfibers.cli.view import view
 from stokesfibers.core.version import __version__
 
-_ORDER = (run, resume, check, show, plot, reproduce, cite, doctor, schema)
+_ORDER = (
+    new,
+    run,
+    resume,
+    check,
+    show,
+    plot,
+    view,
+    movie,
+    report,
+    export,
+    reproduce,
+    sweep,
+    validate,
+    cite,
+    doctor,
+    schema,
+)
+
+
+class _Interruptible(click.Group):
+    """A group in which Ctrl-C before or behind a command ends as it does within one."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            complain("Interrupted.")
+            raise click.exceptions.Exit(INTERRUPTED) from None
 
 
 @click.group(
     "stokesfibers",
+    cls=_Interruptible,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Exit codes: 0 done, 1 a fault of stokesfibers, 2 the input, 3 the run failed and kept "
     "what it had, 130 interrupted and resumable.",

@@ -24,6 +24,8 @@ def tension_system(
 ) -> tuple[Array, Array]:
     """Return matrix (N - 1, N - 1) and right-hand side (N - 1,) for the inner tensions.
 
+    (13) with K_delta and the penalisation: (11), expanded with the ladder (12), (36).
+
     Parameters
     ----------
     fiber

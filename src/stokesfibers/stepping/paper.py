@@ -154,7 +154,7 @@ class PaperStepper(AbstractStepper[Carry]):
         return Carry(0, x, x, tension, tension, slow, slow)
 
     def step(self, carry: Carry) -> tuple[Carry, StepReport]:
-        """Return the carry one step later and a report.
+        """Return the carry one step later and a report: (25) by the split (28) and by (29).
 
         Raises
         ------

@@ -61,7 +61,7 @@ class _Try:
 
 
 class SpectralStepper:
-    """Advances fibers, each alone in the flow or interacting, by formulas of order 1 to 5.
+    """Advances fibers, each alone in the flow (20) or interacting, by formulas of order 1 to 5.
 
     Parameters
     ----------

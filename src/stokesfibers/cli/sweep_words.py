@@ -1,0 +1,174 @@
+"""How ``stokesfibers sweep`` says things: progress, tables, failures, what to do next."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from stokesfibers.cli.words import duration, heading, lines, number, plural
+
+if TYPE_CHECKING:
+    from stokesfibers.study.sweep import Change, Watch
+    from stokesfibers.study.sweep_folder import SweepFolder
+    from stokesfibers.study.sweep_plan import Plan, SweepCase
+    from stokesfibers.study.sweep_tally import Tally
+
+COLOURS = {
+    "done": "green",
+    "running": "cyan",
+    "interrupted": "yellow",
+    "waiting": None,
+    "failed": "red",
+}
+_FORM = "{desc} |{bar}| {percentage:3.0f} %{postfix}"
+_MOST_LISTED = 12
+
+
+@contextmanager
+def bar(total: int, *, quiet: bool) -> Iterator[Watch | None]:
+    """Show how far a sweep is: a bar on a terminal, else a line for each case that ends."""
+    if quiet:
+        yield None
+        return
+    if not sys.stderr.isatty():
+        yield _line
+        return
+    from tqdm import tqdm
+
+    with tqdm(total=1.0, leave=False, bar_format=_FORM, dynamic_ncols=True) as shown:
+
+        def show(found: Tally, case: SweepCase | None) -> None:  # noqa: ARG001
+            shown.set_description_str(f"{found.count('done')} of {total} done", refresh=False)
+            parts = [f", {found.count(c)} {c}" for c in ("running", "failed") if found.count(c)]
+            left = found.seconds_left
+            parts.append("" if left is None else f", {duration(left)} left")
+            shown.postfix = "".join(parts)
+            shown.n = found.share
+            shown.refresh()
+
+        yield show
+
+
+def _line(found: Tally, case: SweepCase | None) -> None:
+    if case is None:
+        return
+    state = next(state for held, state in found.states if held.key == case.key)
+    ended = found.count("done") + found.count("failed")
+    click.echo(f"[{ended}/{found.total}] {state.code}: {case.name}", err=True)
+
+
+def say_changes(change: Change, cases: int, folder: Path) -> None:
+    """Say what of a sweep is there already, and what is not asked for any more."""
+    parts = [f"{change.new} new"]
+    if change.kept:
+        parts.append(f"{change.kept} kept")
+    if change.begun:
+        parts.append(f"{change.begun} begun")
+    click.echo(f"{plural(cases, 'case')} in {folder}: {', '.join(parts)}.")
+    if change.removed:
+        count = plural(len(change.removed), "case")
+        click.echo(f"{count} of the last sweep not asked for any more; the runs stay:")
+        for name in change.removed[:_MOST_LISTED]:
+            click.echo(f"  {name}")
+        if len(change.removed) > _MOST_LISTED:
+            click.echo(f"  and {len(change.removed) - _MOST_LISTED} more")
+
+
+def say_plan(plan: Plan) -> None:
+    """List the cases of a sweep."""
+    heading("Dimensions")
+    lines((axis.name, str(len(axis.points)), ", ".join(axis.paths)) for axis in plan.axes)
+    heading("Cases")
+    lines((case.name, f"until {number(case.until)}") for case in plan.cases)
+
+
+def say_tally(found: Tally, folder: Path, source: str) -> None:
+    """Print how the cases of a sweep stand."""
+    click.secho("running" if found.active else "not running", bold=True, nl=False)
+    click.echo(f": {folder}, {plural(found.total, 'case')}, {100.0 * found.share:.0f} % done")
+    if found.seconds_left is not None:
+        click.echo(f"  about {duration(found.seconds_left)} left")
+    heading("Cases")
+    for code, colour in COLOURS.items():
+        count = found.count(code)
+        if count:
+            click.echo("  ", nl=False)
+            click.secho(f"{count:>5} {code}", fg=colour)
+    rows = [
+        (case.name, f"t = {number(state.time)} of {number(case.until)}")
+        for case, state in found.states
+        if state.code in ("running", "interrupted")
+    ]
+    if rows:
+        heading("Under way" if found.active else "Begun")
+        lines(rows[:_MOST_LISTED])
+    _list_failures(found)
+    if not found.active and found.count("done") + found.count("failed") < found.total:
+        click.echo(f"\nGo on: stokesfibers sweep {source} --out {folder}")
+
+
+def say_failures(folder: Path) -> None:
+    """Print why cases of the sweep in a folder failed."""
+    from stokesfibers.study.sweep_folder import SweepFolder
+    from stokesfibers.study.sweep_tally import tally
+
+    held = SweepFolder(folder.resolve())
+    _list_failures(tally(held, held.plan(), active=False), err=True)
+
+
+def _list_failures(found: Tally, *, err: bool = False) -> None:
+    """Print each reason once, with the cases that failed for it."""
+    reasons: dict[str, list[str]] = {}
+    for case, state in found.failures():
+        reasons.setdefault(state.reason.rstrip("."), []).append(
+            f"{case.name} at t = {number(state.time)}"
+        )
+    if not reasons:
+        return
+    click.echo("", err=err)
+    click.secho("Failed", bold=True, err=err)
+    for reason, names in reasons.items():
+        click.secho(f"  {reason}.", fg="red", err=err)
+        for name in names[:_MOST_LISTED]:
+            click.echo(f"    {name}", err=err)
+        if len(names) > _MOST_LISTED:
+            click.echo(f"    and {len(names) - _MOST_LISTED} more", err=err)
+    if any(not state.final for _, state in found.failures()):
+        click.echo("  When the cause is mended, run the sweep again.", err=err)
+
+
+def say_end(done: int, cases: int, folder: Path) -> None:
+    """Say where the dataset is."""
+    if done == cases:
+        click.secho("done: ", fg="green", bold=True, nl=False)
+    click.echo(f"{done} of {plural(cases, 'case')}, stored in {folder / 'sweep.zarr'}.")
+    click.echo(f'Next: xarray.open_zarr("{folder / "sweep.zarr"}")')
+
+
+def facts(found: Tally, folder: SweepFolder) -> dict[str, Any]:
+    """Return how a sweep stands as JSON-ready values."""
+    return {
+        "path": str(folder.path),
+        "active": found.active,
+        "cases": found.total,
+        "counts": {code: found.count(code) for code in COLOURS},
+        "share": found.share,
+        "seconds_left": found.seconds_left,
+        "states": [
+            {
+                "name": case.name,
+                "values": case.values,
+                "status": state.code,
+                "time": state.time,
+                "until": case.until,
+                "reason": state.reason,
+                "run": str(folder.store(case)),
+            }
+            for case, state in found.states
+        ],
+    }

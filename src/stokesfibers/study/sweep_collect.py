@@ -1,0 +1,179 @@
+"""What a sweep keeps of each case in its dataset: the table [collect] of a sweep file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any, Self, cast
+
+import numpy as np
+import xarray as xr
+
+from stokesfibers.core import checks
+from stokesfibers.core.errors import InputError
+from stokesfibers.core.tables import Table, build
+from stokesfibers.core.variables import lookup, registered
+from stokesfibers.observe.averages import block_average
+from stokesfibers.observe.observables import recorded
+from stokesfibers.observe.snapshot import Snapshot, Surroundings
+from stokesfibers.problem.problem import Problem
+from stokesfibers.run.moment import surroundings
+
+_LEAST_RECORDS = 4
+_LISTS = ("series", "final", "largest", "smallest", "mean")
+
+
+@dataclass(frozen=True)
+class Collect:
+    """Which observables become variables of the dataset, and in what form.
+
+    Attributes
+    ----------
+    series
+        At all recorded times.
+    final
+        At the last recorded time.
+    largest, smallest
+        Over time, with the time where it is; of each fiber or component by itself.
+    mean
+        Time averages with their standard error by blocks; scalars only.
+    after
+        Largest, smallest and mean count from this time on.
+    block
+        Length of the blocks in time; by default long enough by itself.
+    """
+
+    series: tuple[str, ...] = ()
+    final: tuple[str, ...] = ()
+    largest: tuple[str, ...] = ()
+    smallest: tuple[str, ...] = ()
+    mean: tuple[str, ...] = ()
+    after: float = 0.0
+    block: float | None = None
+
+    def __post_init__(self) -> None:
+        known = {v.name: v for v in registered("observables") if v.name != "time"}
+        for key in _LISTS:
+            names = getattr(self, key)
+            if isinstance(names, str) or not isinstance(names, list | tuple):
+                raise InputError(key, "a list of names of observables", names)
+            for name in names:
+                if name not in known:
+                    raise InputError(key, f"names among {', '.join(known)}", repr(name))
+                if key == "mean" and known[name].dims != ("time",):
+                    scalars = [n for n, v in known.items() if v.dims == ("time",)]
+                    raise InputError(key, f"scalars: {', '.join(scalars)}", repr(name))
+            object.__setattr__(self, key, tuple(dict.fromkeys(names)))
+        checks.non_negative("after", self.after)
+        if self.block is not None:
+            checks.positive("block", self.block)
+
+    @classmethod
+    def from_table(cls, table: Mapping[str, Any]) -> Self:
+        """Return what [collect] says; InputError if it says nothing to collect."""
+        found = build(cls, table, "collect")
+        if not found.names:
+            example = 'For example: [collect] final = ["elastic_energy"]'
+            raise InputError("collect", f"one of {', '.join(_LISTS)}", "nothing", example)
+        return found
+
+    def to_table(self) -> Table:
+        """Return the table that `from_table` takes."""
+        held = {f.name: asdict(self)[f.name] for f in fields(self)}
+        return {
+            key: list(value) if isinstance(value, tuple) else value for key, value in held.items()
+        }
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All observables that are asked for."""
+        return tuple(dict.fromkeys(name for key in _LISTS for name in getattr(self, key)))
+
+    def check(self, problem: Problem, until: float, interval: float) -> None:
+        """Raise InputError if a run of `problem` cannot give what is asked for.
+
+        Parameters
+        ----------
+        problem
+            What the run solves.
+        until, interval
+            End of the run, and the time between its records of observables.
+        """
+        setting = cast(Snapshot, _Setting(problem.fibers, surroundings(problem, 0.0)))
+        held = recorded(setting)
+        for name in self.names:
+            if name not in held:
+                expected = f"observables that this case records: {', '.join(held)}"
+                raise InputError("collect", expected, repr(name))
+        if self.after > until:
+            raise InputError("collect.after", f"a time before the end, {until:g}", self.after)
+        records = (until - self.after) / interval
+        if self.mean and records < _LEAST_RECORDS * max(1.0, (self.block or 0.0) / interval):
+            raise InputError(
+                "collect.mean",
+                "times for at least four blocks of records",
+                f"{max(0, int(records + 1e-9))} records of observables after t = {self.after:g}",
+                "Set a smaller record.observables_every, collect.after or collect.block.",
+            )
+
+
+@dataclass(frozen=True)
+class _Setting:
+    """What `recorded` reads of a snapshot: nothing of it depends on the shapes."""
+
+    fibers: tuple[Any, ...]
+    surroundings: Surroundings
+
+
+def reduced(run: xr.DataTree, collect: Collect) -> xr.Dataset:
+    """Return what `collect` asks of one finished run; without what the run does not hold."""
+    observables = run["observables"].to_dataset()
+    kept = [name for name in collect.names if name in observables]
+    observables = observables[kept].load()
+    found: dict[str, xr.DataArray] = {}
+    for name in kept:
+        values = observables[name]
+        if name in collect.series:
+            found[name] = values
+        if name in collect.final:
+            found[f"{name}_final"] = _said(values.isel(time=-1, drop=True), "at the end")
+        late = values.sel(time=values["time"] >= collect.after)
+        for key in ("largest", "smallest"):
+            if name in getattr(collect, key):
+                found |= _extreme(late, key)
+        if name in collect.mean:
+            found |= _mean(late, collect.block)
+    return xr.Dataset(found)
+
+
+def _extreme(values: xr.DataArray, key: str) -> dict[str, xr.DataArray]:
+    name, sign = str(values.name), 1.0 if key == "largest" else -1.0
+    ranked = (sign * values).fillna(-np.inf)
+    place = ranked.argmax("time")
+    time = values["time"].isel(time=place).drop_vars("time")
+    when = f"time of the {key} {lookup('observables', name).meaning}"
+    return {
+        f"{name}_{key}": _said(values.isel(time=place).drop_vars("time"), f"{key} over time"),
+        f"{name}_{key}_time": time.assign_attrs(units="time", long_name=when),
+    }
+
+
+def _mean(values: xr.DataArray, block: float | None) -> dict[str, xr.DataArray]:
+    name = str(values.name)
+    try:
+        average = block_average(values["time"].to_numpy(), values.to_numpy(), block=block)
+        mean, error, settled = average.mean, average.error, float(average.settled)
+    except InputError:  # values that are not finite, or a run that a condition ended early
+        mean = error = settled = np.nan
+    said = {"long_name": "whether the blocks are long enough: 1 yes, 0 no, the error is too small"}
+    plain = values.isel(time=0, drop=True)
+    return {
+        f"{name}_mean": _said(xr.full_like(plain, mean), "mean over time"),
+        f"{name}_mean_error": _said(xr.full_like(plain, error), "standard error of the mean"),
+        f"{name}_mean_settled": xr.DataArray(settled, attrs=said),
+    }
+
+
+def _said(values: xr.DataArray, how: str) -> xr.DataArray:
+    meaning = values.attrs.get("long_name", values.name)
+    return values.assign_attrs(long_name=f"{meaning}, {how}")

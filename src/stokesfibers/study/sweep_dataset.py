@@ -1,0 +1,215 @@
+"""The dataset of a sweep: swept parameters are its coordinates, cases that failed are NaN."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import uuid
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stokesfibers.core.errors import StoreError
+from stokesfibers.io.atomic import disk_errors
+from stokesfibers.io.provenance import provenance
+from stokesfibers.io.reader import open_run
+from stokesfibers.study.sweep_axes import Axis
+from stokesfibers.study.sweep_collect import reduced
+from stokesfibers.study.sweep_folder import DATASET, RUNS, State, SweepFolder
+from stokesfibers.study.sweep_plan import Plan, SweepCase
+from stokesfibers.study.sweep_values import short_names, toml_text
+
+_WHAT = {
+    "status": "how the case ended: done, failed, interrupted or waiting",
+    "reason": "why it failed",
+    "run": "its run, below the folder of the sweep",
+    "time_reached": "simulated time it reached",
+    "wall_time": "computing time of its steps",
+}
+
+
+def dataset(
+    folder: SweepFolder, plan: Plan, known: Mapping[str, State] | None = None
+) -> xr.Dataset:
+    """Return the dataset of a sweep from what its runs hold now, finished or not.
+
+    Parameters
+    ----------
+    folder, plan
+        The sweep.
+    known
+        States by key of cases that have ended; a full disk may have kept them from being noted.
+    """
+    shape = tuple(len(axis.points) for axis in plan.axes)
+    dims = tuple(axis.name for axis in plan.axes)
+    ended = known or {}
+    states = [ended.get(case.key) or folder.state(case) for case in plan.cases]
+    found, walls = [], []
+    for k, (case, state) in enumerate(zip(plan.cases, states, strict=True)):
+        one, wall, states[k] = _taken(folder, case, state, plan)
+        found.append(one)
+        walls.append(wall)
+    held = {name: (dims, values.reshape(shape)) for name, values in _facts(folder, plan, states)}
+    held["wall_time"] = (dims, np.array(walls).reshape(shape))
+    data = xr.Dataset(held, coords=_coordinates(plan.axes), attrs=_attributes(plan, states))
+    for name, meaning in _WHAT.items():
+        data[name].attrs["long_name"] = meaning
+    data["wall_time"].attrs["units"] = "s"
+    data["time_reached"].attrs["units"] = "time"
+    return data.merge(_spread(found, dims, shape), combine_attrs="override")
+
+
+def write_dataset(data: xr.Dataset, folder: Path) -> Path:
+    """Write the dataset beside its place, then move it there; return the place.
+
+    Raises
+    ------
+    StoreError
+        If it cannot be written; the old one is kept then.
+    """
+    place, old = folder / DATASET, folder / f".{DATASET}.old"
+    part = folder / f".{DATASET}.{uuid.uuid4().hex[:8]}.partial"
+    with disk_errors(place):
+        try:
+            with warnings.catch_warnings():
+                # Plain xarray looks for consolidated metadata first, in the standard or not.
+                warnings.filterwarnings("ignore", message=".*Consolidated metadata.*")
+                data.to_zarr(part, zarr_format=3, consolidated=True)
+            if place.exists():
+                place.rename(old)
+            part.rename(place)
+        except BaseException:
+            shutil.rmtree(part, ignore_errors=True)
+            if old.exists() and not place.exists():
+                old.rename(place)
+            raise
+    shutil.rmtree(old, ignore_errors=True)
+    return place
+
+
+def _taken(
+    folder: SweepFolder, case: SweepCase, state: State, plan: Plan
+) -> tuple[xr.Dataset | None, float, State]:
+    """Return what a finished case gives, its wall time, and its state as it turned out."""
+    store = folder.store(case)
+    if state.code == "waiting" or not store.exists():
+        return None, np.nan, state
+    try:
+        with open_run(store) as run:
+            wall = float(run["numerics"].to_dataset()["wall_time"].sum())
+            return (reduced(run, plan.collect) if state.code == "done" else None), wall, state
+    except (StoreError, OSError, KeyError, ValueError) as error:
+        told = f"The run cannot be read: {error}"
+        return None, np.nan, State("failed", state.time, told, final=False)
+
+
+def _facts(
+    folder: SweepFolder, plan: Plan, states: Sequence[State]
+) -> list[tuple[str, NDArray[Any]]]:
+    runs = [f"{RUNS}/{folder.store(case).name}" for case in plan.cases]
+    return [
+        ("status", _texts([state.code for state in states])),
+        ("reason", _texts([state.reason for state in states])),
+        ("run", _texts(runs)),
+        ("time_reached", np.array([state.time for state in states])),
+    ]
+
+
+def _attributes(plan: Plan, states: Sequence[State]) -> dict[str, Any]:
+    codes = [state.code for state in states]
+    whole = all(code in ("done", "failed") for code in codes)
+    return {
+        "status": "done" if whole else "interrupted",
+        "cases": len(codes),
+        "done": codes.count("done"),
+        "failed": codes.count("failed"),
+        "source": plan.source,
+        "collect": json.dumps(plan.collect.to_table()),
+        "provenance": json.dumps(provenance()),
+    }
+
+
+def _coordinates(axes: Sequence[Axis]) -> dict[str, Any]:
+    """Return the swept values by short names, each along its axis."""
+    short = short_names([path for axis in axes for path in axis.paths])
+    found: dict[str, Any] = {}
+    for axis in axes:
+        if axis.labels:
+            found[axis.name] = ((axis.name,), _texts(axis.labels))
+        for path in axis.paths:
+            values = _column([point.get(path) for point in axis.points])
+            found[short[path]] = ((axis.name,), values, {"path": path})
+    return found
+
+
+def _column(values: list[Any]) -> NDArray[Any]:
+    """Return swept values as numbers where all are, with NaN for None; else as text."""
+    numbers = [isinstance(v, int | float) and not isinstance(v, bool) for v in values]
+    if all(n or v is None for n, v in zip(numbers, values, strict=True)):
+        if all(isinstance(v, int) for v in values):
+            return np.array(values, dtype=np.int64)
+        return np.array([np.nan if v is None else float(v) for v in values])
+    texts = (v if isinstance(v, str) else "" if v is None else toml_text(v) for v in values)
+    return _texts(list(texts))
+
+
+def _texts(values: Sequence[str]) -> NDArray[Any]:
+    return np.array(values, dtype=object)
+
+
+def _spread(
+    found: Sequence[xr.Dataset | None], dims: tuple[str, ...], shape: tuple[int, ...]
+) -> xr.Dataset:
+    """Return the cases' datasets as one with the sweep's dimensions in front.
+
+    Where cases differ in length, the shorter are filled with NaN; if their times differ, each
+    keeps its own, ``time`` along ``record``.
+    """
+    given = [(k, one) for k, one in enumerate(found) if one is not None]
+    series = [one for _, one in given if "time" in one.dims]
+    longest = max(series, key=lambda one: one.sizes["time"], default=None)
+    alike = longest is None or all(one["time"].equals(longest["time"]) for one in series)
+    if not alike:
+        given = [(k, _with_own_times(one)) for k, one in given]
+    spread: dict[str, Any] = {}
+    labels: dict[str, xr.DataArray] = {}
+    names = dict.fromkeys(name for _, one in given for name in one.data_vars)
+    for name in names:
+        having = {k: one[name] for k, one in given if name in one}
+        spread[str(name)] = _filled(having, dims, shape)
+        for values in having.values():
+            labels |= {str(d): values[d] for d in values.dims if d in values.coords}
+    held = {name: labels[name] for name in labels if _fits(labels[name], spread)}
+    return xr.Dataset(spread, coords=held)
+
+
+def _with_own_times(one: xr.Dataset) -> xr.Dataset:
+    """Return the series with their times as a variable along ``record``."""
+    if "time" not in one.dims:
+        return one
+    time = one["time"]
+    plain = one.drop_vars("time").rename_dims(time="record")
+    return plain.assign(time=("record", time.to_numpy(), time.attrs))
+
+
+def _fits(label: xr.DataArray, spread: Mapping[str, Any]) -> bool:
+    """Return whether a label is as long as the variables along it."""
+    (dim,) = label.dims
+    return all(v[1].shape[v[0].index(dim)] == label.size for v in spread.values() if dim in v[0])
+
+
+def _filled(
+    having: Mapping[int, xr.DataArray], dims: tuple[str, ...], shape: tuple[int, ...]
+) -> tuple[tuple[str, ...], NDArray[Any], dict[str, Any]]:
+    first = next(iter(having.values()))
+    own = tuple(map(str, first.dims))
+    sizes = np.max([values.shape for values in having.values()], axis=0).astype(int).tolist()
+    whole = np.full((int(np.prod(shape)), *sizes), np.nan)
+    for k, values in having.items():
+        whole[(k, *(slice(n) for n in values.shape))] = values.to_numpy()
+    return (*dims, *own), whole.reshape(*shape, *sizes), dict(first.attrs)

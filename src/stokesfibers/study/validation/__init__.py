@@ -1,0 +1,1 @@
+"""The validation suite: exact answers, published numbers, independent calculations, orders."""
