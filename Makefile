@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: demo test slow lint bench clean
+.PHONY: demo test slow lint docs tables bench clean
 
 demo: $(STAMP)
 	mkdir -p demo
@@ -24,6 +24,13 @@ lint: $(STAMP)-dev
 	$(BIN)/pyright
 	$(BIN)/lint-imports
 
+docs: $(STAMP)-dev
+	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
+
+tables: $(STAMP)-dev
+	$(BIN)/python docs/generate/validation.py
+	$(BIN)/python docs/generate/traceability.py
+
 bench: $(STAMP)-dev
 	$(BIN)/python benchmarks/step.py
 	$(BIN)/python benchmarks/suspension.py
@@ -41,4 +48,4 @@ $(STAMP)-dev: $(STAMP)
 	touch $@
 
 clean:
-	rm -rf .venv demo out build dist
+	rm -rf .venv demo out build dist docs/_build docs/gallery
