@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from stokesfibers.config.case import case_from_tables
+from stokesfibers.core.errors import InputError
 from stokesfibers.domain import Free, Sheared
 from stokesfibers.fiber import curves
 from stokesfibers.fiber.parameters import Fiber
@@ -18,6 +19,7 @@ from stokesfibers.problem.problem import Problem
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.run.simulate import resume, simulate
 from stokesfibers.run.velocity import velocity_from_run
+from stokesfibers.summation import FastImages
 from support import assert_close, assert_same
 
 UNTIL = 0.8
@@ -166,3 +168,18 @@ def test_the_case_comes_back_from_its_tables():
     )
     assert case.tables()["domain"]["sum"] == "ewald"
     assert case_from_tables(case.tables()).problem == case.problem
+
+
+def test_the_choice_of_the_sum_is_recorded_and_can_be_made(whole):
+    """The result does not depend on the cut-off to the tolerance of the sum."""
+    steps = whole["numerics"].to_dataset()
+    assert np.all(steps["modes"] > 0)
+    chosen = float(steps["cutoff"][-1])
+    assert 0.0 < chosen <= 0.7 + 1e-12, "up to half the least period"
+    other = run(replace(PROBLEM, image_sum=FastImages(cutoff=0.4, split="gaussian")), until=0.2)
+    assert set(other.data["numerics"]["cutoff"].to_numpy()) == {0.4}
+    assert chosen != 0.4
+    x = [d["trajectory"]["position"].sel(time=0.2).to_numpy() for d in (whole, other.data)]
+    assert np.abs(x[0] - x[1]).max() < 1e-4
+    with pytest.raises(InputError, match="split"):
+        FastImages(split="hasimoto")

@@ -168,6 +168,15 @@ _NUMERICS: tuple[tuple[str, tuple[str, ...], str, str, str, str], ...] = (
         "estimated relative error in space",
         "float64",
     ),
+    (
+        "cutoff",
+        ("step",),
+        "length",
+        "r_c",
+        "distance to which pairs are summed one by one; infinite if all are",
+        "float64",
+    ),
+    ("modes", ("step",), "1", "M", "Fourier modes that sum the rest", "int64"),
 )
 
 for _name, _dims, *_rest in _TRAJECTORY:

@@ -19,7 +19,7 @@ from stokesfibers.summation.close_approach import (
     EngineCloseApproach,
 )
 
-_SUM_KEYS = ("sum", "reach", "about", "tolerance")
+_SUM_KEYS = ("sum", "reach", "about", "tolerance", "split", "cutoff")
 SOLVER_KEYS = ("solver", "tolerance", "most")
 
 

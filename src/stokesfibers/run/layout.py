@@ -92,6 +92,8 @@ def step_records(reports: list[StepReport]) -> Records:
         "wall_time": ("wall_time", float),
         "nodes": ("nodes", np.int64),
         "spatial_error": ("spatial_error", float),
+        "cutoff": ("cutoff", float),
+        "modes": ("modes", np.int64),
     }
     return {
         f"numerics/{name}": np.array([getattr(r, field) for r in reports], dtype=dtype)

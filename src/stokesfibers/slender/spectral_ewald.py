@@ -24,8 +24,10 @@ from stokesfibers.slender.spectral_interaction import (
     AbstractSpectralInteraction,
     AbstractSpectralScene,
     CloseSettings,
+    Summed,
     quadrature_rules,
 )
+from stokesfibers.summation import FastImages
 from stokesfibers.summation.close_approach import AbstractCloseApproach
 from stokesfibers.summation.ewald import EwaldSum
 from stokesfibers.summation.ewald.cloud import Lattice
@@ -73,10 +75,14 @@ class EwaldInteraction(AbstractSpectralInteraction):
         *,
         close_approach: AbstractCloseApproach,
         tolerance: float = 1e-6,
+        chosen: FastImages = FastImages(),  # noqa: B008 - frozen
     ) -> EwaldInteraction:
-        """Prepare the interaction; velocities err by `tolerance`, relative to their size."""
+        """Prepare the interaction; velocities err by `tolerance`, relative to their size.
+
+        `chosen` says how to split the sum; its own tolerance is not read.
+        """
         close = CloseSettings.of(fibers, close_approach, tolerance)
-        return cls(fibers, domain_at, EwaldSum(tolerance), close)
+        return cls(fibers, domain_at, EwaldSum(tolerance, chosen.split, chosen.cutoff), close)
 
     @property
     def alone(self) -> bool:
@@ -143,6 +149,13 @@ class EwaldScene(AbstractSpectralScene):
             reach = self._close.widest
             near = near_images(own, self._balls, reach, self._lattice, first=share.start)
             self._corrections = self._near(self._x[self._share], near)
+
+    @property
+    def summed(self) -> Summed:
+        choice = self._plan.choice
+        if choice is None:
+            return Summed()
+        return Summed(choice.split.rc, int(np.prod(choice.modes)))
 
     def velocity(self, force: Array, resisted: Array) -> Array:
         weighted = (force * self._quadrature[:, None]).transpose(0, 2, 1).reshape(-1, 3)

@@ -28,8 +28,29 @@ _STRAIGHT = 1e-6  # a curvature times length
 _WIDEST = 4.0  # reaches of a straight source within which a bent one may need rows
 
 
+@dataclass(frozen=True)
+class Summed:
+    """How a scene is summed.
+
+    Attributes
+    ----------
+    cutoff
+        Distance to which pairs are summed one by one; infinite where all are.
+    modes
+        Number of Fourier modes for the rest.
+    """
+
+    cutoff: float = float("inf")
+    modes: int = 0
+
+
 class AbstractSpectralScene(abc.ABC):
     """The fibers at one moment, as sources of flow."""
+
+    @property
+    def summed(self) -> Summed:
+        """How this is summed; pair by pair unless a fast sum says otherwise."""
+        return Summed()
 
     @abc.abstractmethod
     def velocity(self, force: Array, resisted: Array) -> Array:

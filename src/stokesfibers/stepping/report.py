@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import nan
+from math import inf, nan
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,10 @@ class StepReport:
         Nodes per fiber.
     spatial_error
         Estimated relative error of the shapes through lack of nodes; NaN if the engine has none.
+    cutoff
+        Distance to which velocities between fibers are summed pair by pair; infinite if all are.
+    modes
+        Fourier modes that sum the rest.
     """
 
     time: float
@@ -38,3 +42,5 @@ class StepReport:
     iterations: int = 1
     nodes: int = 0
     spatial_error: float = nan
+    cutoff: float = inf
+    modes: int = 0

@@ -14,7 +14,7 @@ drift. More Newton passes repeat the step about its own result. Steps depend on 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -28,7 +28,7 @@ from stokesfibers.kernels import spectral as kernels
 from stokesfibers.numerics import bdf
 from stokesfibers.numerics.step_control import AbstractStepControl
 from stokesfibers.slender.spectral import SpectralFiber
-from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
+from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction, Summed
 from stokesfibers.stepping.base import StepError
 from stokesfibers.stepping.report import StepReport
 from stokesfibers.stepping.spectral_carry import DEPTH, Carry, State, combined, pushed
@@ -57,6 +57,7 @@ class _Try:
     predictors: list[list[float]]
     ratio: Array
     iterations: int
+    summed: Summed
     solved: float
 
 
@@ -183,7 +184,7 @@ class SpectralStepper:
                 )
                 wall_time = (solving, perf_counter() - started - solving)
                 report = StepReport(ahead.time, size, order, wall_time, tries, tried.iterations)
-                return ahead, report
+                return ahead, replace(report, **vars(tried.summed))
             size = verdict.size
         raise StepError(
             f"No step from t = {carry.time:.6g} succeeds, however short",
@@ -248,7 +249,7 @@ class SpectralStepper:
         guess = State(combined(value, carry.modes), combined(value, carry.tensions))
         moving = combined(rate, carry.modes)
         solving = perf_counter()
-        ratio, iterations = carry.ratio, 0
+        ratio, iterations, summed = carry.ratio, 0, Summed()
         try:
             for _ in range(self._passes):
                 around = self._surroundings(guess.modes, t)
@@ -256,10 +257,11 @@ class SpectralStepper:
                 guess = State(guess.modes + found.modes, guess.tensions + found.tensions)
                 moving = moving + alpha * found.modes
                 ratio, iterations = found.ratio, iterations + found.iterations
+                summed = found.summed
         except np.linalg.LinAlgError:  # not finite, or singular
             return None, dict.fromkeys((order,), float("inf"))
         solving = perf_counter() - solving
-        tried = _Try(guess, offsets, predictors, ratio, iterations, solving)
+        tried = _Try(guess, offsets, predictors, ratio, iterations, summed, solving)
         return tried, self._errors(carry, tried, wanted)
 
     def _errors(self, carry: Carry, tried: _Try, orders: tuple[int, ...]) -> dict[int, float]:

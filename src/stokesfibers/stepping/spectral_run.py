@@ -252,6 +252,7 @@ def _interaction(
             problem.domain_at,
             close_approach=problem.close_approach,
             tolerance=problem.image_sum.tolerance or wanted,
+            chosen=problem.image_sum,
         )
     return SpectralInteraction.build(
         fibers,

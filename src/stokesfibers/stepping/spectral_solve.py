@@ -33,6 +33,7 @@ from stokesfibers.slender.spectral import SpectralFiber
 from stokesfibers.slender.spectral_interaction import (
     AbstractSpectralInteraction,
     AbstractSpectralScene,
+    Summed,
 )
 from stokesfibers.stepping.spectral_carry import State
 
@@ -78,12 +79,15 @@ class Increment:
         Largest ratio of the kernel's series, (fiber,).
     iterations
         Of the coupled solve; 1 if there is nothing to couple.
+    summed
+        How velocities between fibers were summed.
     """
 
     modes: Array
     tensions: Array
     ratio: Array
     iterations: int
+    summed: Summed
 
 
 class _Systems:
@@ -201,12 +205,14 @@ class IncrementSolver:
         systems = self._assembled(state, rate, around, (alpha, implicit))
         if self._interaction is None:
             found, iterations = systems.together(systems.solve(systems.right)), 1
+            summed = Summed()
         else:
             scene = self._interaction.scene(state.modes, around.time, self._workers)
             found, iterations = self._coupled(systems, scene, reduction)
+            summed = scene.summed
         if not np.isfinite(found).all():
             raise np.linalg.LinAlgError("the step is not finite")
-        return Increment(*systems.split(found), systems.ratio, iterations)
+        return Increment(*systems.split(found), systems.ratio, iterations, summed)
 
     def others(self, state: State, t: float, force: Array, resisted: Array) -> Array:
         """Return what others add to M f at the nodes, (fiber, 3, N), in units of E / L^3.

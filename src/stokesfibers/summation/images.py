@@ -60,9 +60,16 @@ class FastImages(AbstractImageSum):
     tolerance
         Relative rms error of the velocities between fibers; None for what the engine's own
         tolerance asks for.
+    split
+        ``"prolate"``, or ``"gaussian"`` for Hasimoto's, dearer and there to compare.
+    cutoff
+        Of the near part, in units of length; None for the cheapest. The result does not depend
+        on it to the tolerance; what was chosen is recorded at each step.
     """
 
     tolerance: float | None = None
+    split: str = "prolate"
+    cutoff: float | None = None
     kind: ClassVar[str] = "ewald"
     citation: ClassVar[str] = "stokesfibers, theory page 'Ewald sums'"
     most_directions: ClassVar[int] = 3
@@ -73,6 +80,10 @@ class FastImages(AbstractImageSum):
         tolerance = self.tolerance
         if tolerance is not None and not 1e-12 <= checks.positive("tolerance", tolerance) <= 1e-2:
             raise InputError("tolerance", "a number from 1e-12 to 1e-2", tolerance)
+        if self.split not in ("prolate", "gaussian"):
+            raise InputError("split", "'prolate' or 'gaussian'", repr(self.split))
+        if self.cutoff is not None:
+            checks.positive("cutoff", self.cutoff)
 
 
 @dataclass(frozen=True)
