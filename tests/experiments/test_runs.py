@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 from stokesfibers.core.errors import StokesFibersError
 from stokesfibers.experiments import runs
 from stokesfibers.experiments.base import Settings
+from stokesfibers.experiments.sheared_cells import CellRun, uniform
 from stokesfibers.experiments.tiers import QUICK, BucklingRun
 
 SHORT = replace(QUICK, name="short", until=1.536)
@@ -105,3 +108,24 @@ def test_mirrored_run_starts_from_minus_x(tmp_path):
     one, other = (tree["trajectory"]["position"].to_numpy()[0, 0] for tree in pair)
     np.testing.assert_allclose(other, -one, atol=1e-15)
     assert np.abs(one).max() > 0.49
+
+
+def test_a_run_of_the_high_order_engine_is_used_again_with_its_own_points(tmp_path):
+    run = CellRun("again", uniform(2), 1e3, 0.1, 1, 0.02)
+    assert run.schedule.points is None
+    first = runs.finished([run], Settings(tmp_path))[0]
+    assert runs._is_same(run, tmp_path / "runs")
+    again = runs.finished([run], Settings(tmp_path))[0]
+    assert first["numerics"].identical(again["numerics"]), "wall times too: nothing was run"
+
+
+def test_whoever_stops_one_run_stops_them_all(monkeypatch, tmp_path):
+    plan = [BucklingRun(SHORT, mu_bar, 20) for mu_bar in (1e5, 2e5)]
+
+    def stop(_: object) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(runs, "_watch", lambda *_: stop)
+    with pytest.raises(KeyboardInterrupt):
+        runs.finished(plan, Settings(tmp_path))
+    assert len(list((tmp_path / "runs").glob("*.zarr"))) == 1

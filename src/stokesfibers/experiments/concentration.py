@@ -37,7 +37,7 @@ _SYMBOLS = {"viscosity": r"$\eta_{\mathrm{sp}}$", "n1": r"$N_1/\mu\dot\gamma$"}
 
 def planned(kind: str, concentration: float, *, quick: bool) -> list[CellRun]:
     """Return the runs of one point of the curves."""
-    count, seeds, until = (8, 1, 1.0) if quick else (60, 3, 10.0)
+    count, seeds, until = (8, 1, 1.0) if quick else (60, 2, 10.0)
     return [
         CellRun(kind, uniform(count), MU_BARS[kind], concentration, seed, until)
         for seed in range(1, seeds + 1)

@@ -57,7 +57,7 @@ def third_moment(lengths: Sequence[float]) -> float:
 
 def planned(name: str, *, quick: bool) -> list[CellRun]:
     """Return the runs of one distribution."""
-    count, seeds, until = (10, 1, 1.0) if quick else (60, 3, 10.0)
+    count, seeds, until = (10, 1, 1.0) if quick else (60, 2, 10.0)
     label = f"lengths-{'-'.join(f'{v:g}' for v in LENGTHS[name])}"
     return [
         CellRun(label, groups(LENGTHS[name], count), _MU_BAR, _CONCENTRATION, seed, until)

@@ -173,6 +173,8 @@ def _is_same(run: Run, folder: Path) -> bool:
     wanted = _tables(run)
     wanted["stepping"]["until"] = run.until
     wanted["record"] = to_table(run.schedule)
+    if run.schedule.points is None:  # the engine's own choice, which the run has filled in
+        case["record"].pop("points", None)
     return version == __version__ and case == json.loads(json.dumps(wanted))
 
 
@@ -190,19 +192,21 @@ def _compute(
     """Run, or continue what was stopped or killed; anything else of that name is replaced."""
     path = _store(run, folder)
     if path.exists() and _is_same(run, folder):
-        resume(path, watch=watch, threads=threads)
-        return
-    simulate(
-        run.problem,
-        run.initial.curves(run.problem.fibers, run.problem.domain.lengths),
-        until=run.until,
-        record=run.schedule,
-        out=path,
-        overwrite=True,
-        case=_tables(run),
-        watch=watch,
-        threads=threads,
-    )
+        result = resume(path, watch=watch, threads=threads)
+    else:
+        result = simulate(
+            run.problem,
+            run.initial.curves(run.problem.fibers, run.problem.domain.lengths),
+            until=run.until,
+            record=run.schedule,
+            out=path,
+            overwrite=True,
+            case=_tables(run),
+            watch=watch,
+            threads=threads,
+        )
+    if result.status.code == "interrupted":  # whoever stops one run stops them all
+        raise KeyboardInterrupt
 
 
 def _watch(run: Run, progress: Progress | None, place: tuple[int, int]) -> Watch | None:

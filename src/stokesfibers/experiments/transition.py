@@ -219,6 +219,7 @@ def _draw_turns(ax: Axes, data: xr.Dataset) -> None:
         yscale="log",
         xlabel=r"$\eta=\bar\mu/(-c)$",
         ylabel=r"$\int N_1\,\mathrm{d}t$ / lobe of the straight fiber",
+        xlim=(1e3, 3e5),
         ylim=(_LEAST, 1.0),
     )
     ax.legend(loc="upper left", fontsize=6.5)
