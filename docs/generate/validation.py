@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from stokesfibers.study.validation import tables
+from stokesfibers.study.validation.registry import ENTRIES
 from stokesfibers.study.validation.record import GROUPS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -62,7 +63,7 @@ def region(kept: dict[str, Any]) -> str:
         if tier not in kept:
             continue
         report = kept[tier]
-        lines += [f"{heading}. {tables.summary(report)}", ""]
+        lines += [f"{heading}, {_share(report, tier)}. {tables.summary(report)}", ""]
         lines += ["| entry | what | source | numbers | verdict |", "|---|---|---|---|---|"]
         for group, title in GROUPS.items():
             entries = [entry for entry in report["entries"] if entry["group"] == group]
@@ -73,6 +74,12 @@ def region(kept: dict[str, Any]) -> str:
                 lines.append(f"| {' | '.join(shown)} |")
         lines.append("")
     return "\n".join(lines)
+
+
+def _share(report: dict[str, Any], tier: str) -> str:
+    """Return how many of the suite's entries a report holds."""
+    whole = [entry for entry in ENTRIES if tier == "full" or entry.tier == "quick"]
+    return f"{len(report['entries'])} of its {len(whole)} entries"
 
 
 def page(text: str, kept: dict[str, Any]) -> str:

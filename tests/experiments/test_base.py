@@ -21,8 +21,9 @@ from stokesfibers.experiments.registry import EXPERIMENTS
         (Row("x", 1.0, 1.0, 0.9, 1.1), "agrees"),
         (Row("x", 0.9, 1.0, 0.9, 1.1), "agrees"),
         (Row("x", 1.2, 1.0, 0.9, 1.1), "differs"),
-        (Row("x", 1.2, 1.0, 0.9, 1.1, known="twice"), "known difference"),
-        (Row("x", 1.0, 1.0, 0.9, 1.1, known="twice"), "agrees"),
+        (Row("x", 1.2, 1.0, 0.9, 1.1, known="twice", known_high=1.3), "known difference"),
+        (Row("x", 1.0, 1.0, 0.9, 1.1, known="twice", known_high=1.3), "agrees"),
+        (Row("x", 1.4, 1.0, 0.9, 1.1, known="twice", known_high=1.3), "differs"),
         (Row("x", 5.0, low=4.0), "agrees"),
         (Row("x", 3.0, low=4.0), "differs"),
         (Row("x", 5.0, high=4.0), "differs"),
@@ -35,8 +36,10 @@ def test_verdict(row, verdict):
 
 
 def test_known_reason_is_said_only_where_it_applies():
-    assert "twice" in Row("x", 1.2, 1.0, 0.9, 1.1, known="twice").to_dict()["note"]
-    assert "twice" not in Row("x", 1.0, 1.0, 0.9, 1.1, known="twice").to_dict()["note"]
+    assert "twice" in Row("x", 1.2, 1.0, 0.9, 1.1, known="twice", known_high=1.3).to_dict()["note"]
+    assert (
+        "twice" not in Row("x", 1.0, 1.0, 0.9, 1.1, known="twice", known_high=1.3).to_dict()["note"]
+    )
 
 
 def test_row_of_nan_is_json():
@@ -84,7 +87,7 @@ def test_one_row_that_differs_makes_the_whole_differ(monkeypatch, tmp_path):
 
 
 def test_known_difference_is_not_a_failure(monkeypatch, tmp_path):
-    experiment = _stub(monkeypatch, [Row("b", 2.0, high=1.0, known="a misprint")])
+    experiment = _stub(monkeypatch, [Row("b", 2.0, high=1.0, known="a misprint", known_high=3.0)])
     summary = experiment.reproduce(tmp_path)
     assert summary["verdict"] == "agrees"
     assert summary["rows"][0]["verdict"] == "known difference"
@@ -105,3 +108,8 @@ def test_every_experiment_has_its_three_parts(name):
     assert experiment.name == name
     parts = experiment._parts()
     assert all(callable(getattr(parts, part)) for part in ("run", "figure", "check"))
+
+
+def test_a_known_difference_has_a_range():
+    with pytest.raises(ValueError, match="without its range"):
+        Row("x", 1.2, 1.0, 0.9, 1.1, known="twice")

@@ -64,6 +64,13 @@ class Row:
         How it was measured, or what to know about it.
     known
         Why a value outside the range is understood and stands; empty if nothing is known.
+    known_low, known_high
+        Range that such a value has to lie in: what is known, not just that something is.
+
+    Raises
+    ------
+    ValueError
+        If a difference is known but not its range.
     """
 
     quantity: str
@@ -73,17 +80,22 @@ class Row:
     high: float | None = None
     note: str = ""
     known: str = ""
+    known_low: float | None = None
+    known_high: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.known and self.known_low is None and self.known_high is None:
+            raise ValueError(f"{self.quantity}: a known difference without its range")
 
     @property
     def verdict(self) -> Verdict:
         """Whether ours lies in the range; ``"reported"`` where there is none."""
         if self.low is None and self.high is None:
             return "reported"
-        above = self.low is None or self.ours >= self.low
-        below = self.high is None or self.ours <= self.high
-        if isfinite(self.ours) and above and below:
+        if _within(self.ours, self.low, self.high):
             return "agrees"
-        return "known difference" if self.known else "differs"
+        known = self.known and _within(self.ours, self.known_low, self.known_high)
+        return "known difference" if known else "differs"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the row as JSON-ready values; a number that is not finite becomes None."""
@@ -96,6 +108,11 @@ class Row:
             "verdict": self.verdict,
             "note": " ".join(n for n in notes if n),
         }
+
+
+def _within(value: float, low: float | None, high: float | None) -> bool:
+    above = low is None or value >= low
+    return isfinite(value) and above and (high is None or value <= high)
 
 
 class Parts(Protocol):

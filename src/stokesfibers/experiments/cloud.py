@@ -42,7 +42,8 @@ DENSITY = 200.0 / 5.0**3
 RTOL = 1e-3
 _FIRST = 1e-3  # of the time to fall R: over it the first velocity is taken
 _FRAMES = 3
-_OUTSIDE = 2.0  # in R from the centre of mass: filaments farther away are left behind
+_OUTSIDE = 2.0  # in R from the median: filaments farther away are left behind
+_INNER = 0.9  # share of the filaments that the size is told from
 _BELOW = 0.5  # of the velocity of the start
 
 
@@ -174,12 +175,15 @@ def _first_velocity(cloud: CloudRun) -> tuple[float, float]:
 
 
 def _spread(centres: Array, axes: tuple[int, ...]) -> Array:
-    """Return sqrt(5) times the rms distance from the median along `axes`: R for a ball."""
-    off = (centres - np.median(centres, axis=1, keepdims=True))[..., axes]
-    # the middle nine tenths: the tail is counted by itself
-    size = np.sort(np.square(off).mean(axis=2), axis=1)
-    kept = size[:, : int(0.9 * size.shape[1])]
-    return np.sqrt(5.0 * kept.mean(axis=1))
+    """Return sqrt(5) times the rms distance from the median along `axes`: R for a ball.
+
+    Of the inner nine tenths, which are those within 0.9^(1/3) R in a ball: the tail is counted by
+    itself.
+    """
+    off = centres - np.median(centres, axis=1, keepdims=True)
+    inner = np.argsort(np.linalg.norm(off, axis=2), axis=1)[:, : int(_INNER * off.shape[1])]
+    kept = np.take_along_axis(off, inner[..., None], axis=1)[..., axes]
+    return np.sqrt(5.0 * np.square(kept).mean(axis=(1, 2))) / _INNER ** (1.0 / 3.0)
 
 
 def _left_behind(centres: Array, radius: float) -> Array:

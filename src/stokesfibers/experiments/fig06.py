@@ -104,6 +104,8 @@ def _against_printed(best: tuple[float, float], finest: float) -> list[Row]:
             1.01 * PRINTED,
             "Mean of the two extrapolated values.",
             known=_TWICE,
+            known_low=0.495 * PRINTED,
+            known_high=0.505 * PRINTED,
         ),
         Row(
             "twice the integral of N1, extrapolated",

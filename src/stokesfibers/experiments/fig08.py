@@ -144,7 +144,17 @@ def _through_the_buckling(at: xr.Dataset, name: str, frame: int) -> Row:
         return Row(quantity, ours, printed, printed - 0.01, printed + 0.01, pairs)
     if mu_bar < 4e5:
         return Row(quantity, ours, note=f"{pairs} The paper prints no order for this.")
-    return Row(quantity, ours, f"{_LOW} to {_HIGH}", _LOW, _HIGH, pairs, known=_TIMES)
+    return Row(
+        quantity,
+        ours,
+        f"{_LOW} to {_HIGH}",
+        _LOW,
+        _HIGH,
+        pairs,
+        known=_TIMES,
+        known_low=_LOW,
+        known_high=_HIGH + 0.05,
+    )
 
 
 def _at_the_end(at: xr.Dataset, name: str) -> list[Row]:
@@ -160,6 +170,8 @@ def _at_the_end(at: xr.Dataset, name: str) -> list[Row]:
             high,
             note="The paper does not say for which mu_bar.",
             known="The other two mu_bar lie within 0.06 of it.",
+            known_low=low,
+            known_high=high + 0.06,
         ),
         Row(
             f"order p with an end at the origin, {name}",

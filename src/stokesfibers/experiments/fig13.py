@@ -67,6 +67,7 @@ def check(data: xr.Dataset) -> Sequence[Row]:
             "some",
             low=some,
             known=_START,
+            known_low=0.0,
         ),
         Row(
             "times that a filament's largest energy falls from one period to the next",

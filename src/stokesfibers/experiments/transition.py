@@ -2,7 +2,8 @@
 
 Becker & Shelley (2001) found with local drag that N_1 sets in where a fiber buckles; the paper's
 last section leaves open what non-local forces change. A nearly straight fiber turns over once from
--W to W about the vertical. A straight one pulls (N_1 < 0) as much before as it pushes after:
+-W to W about the vertical. A straight one is compressed before it and pulled after it, where N_1 is
+mostly negative and mostly positive, as much:
 
     int N_1 dt = 0,    int_0^W N_1 dt = 8 pi mu rate L^3 / (48 c_1) [ln(1 + W^2) + 2/(1 + W^2) - 2]
 

@@ -40,9 +40,7 @@ def test_a_finding_agrees_within_its_range_and_differs_outside():
     assert close("zero", 1e-9, 0.0, atol=1e-8).error == 1e-9
     for value in (float("nan"), float("inf")):
         assert Finding("broken", value, 1.0, None, 5.0).verdict == "differs"
-        assert (
-            Finding("broken", value, 1.0, 0.0, 5.0, "errata: x", excused=True).verdict == "differs"
-        )
+        assert Finding("broken", value, 1.0, 0.0, 5.0, "errata: x").verdict == "differs"
 
 
 def test_what_could_not_differ_is_refused():
@@ -65,10 +63,14 @@ def test_a_wrong_printed_value_is_explained_only_by_the_right_one():
 
 
 def test_rows_of_experiments_keep_their_verdicts():
-    known = Row("q", 3.0, 1.0, 0.9, 1.1, known="because")
-    assert of_row(known, "errata: x") == Finding("q", 3.0, 1.0, 0.9, 1.1, "errata: x", True)
+    why = {"known": "because", "known_low": 2.9, "known_high": 3.1}
+    known = Row("q", 3.0, 1.0, 0.9, 1.1, **why)
+    assert of_row(known, "errata: x") == Finding("q", 3.0, 1.0, 2.9, 3.1, "errata: x")
     assert of_row(known, "errata: x").verdict == "explained"
-    assert of_row(Row("q", 1.0, 1.0, 0.9, 1.1, known="because"), "errata: x").verdict == "agrees"
+    assert of_row(Row("q", 1.0, 1.0, 0.9, 1.1, **why), "errata: x").verdict == "agrees"
+    assert of_row(Row("q", 1e9, 1.0, 0.9, 1.1, **why), "errata: x").verdict == "differs"
+    with pytest.raises(ValueError, match="without its range"):
+        Row("q", 3.0, 1.0, 0.9, 1.1, known="because")
     assert of_row(Row("q", 3.0, 1.0, 0.9, 1.1), "errata: x").verdict == "differs"
     assert of_row(Row("q", 3.0, "more than two", low=2.0), "").tolerance == "at least 2"
     assert of_row(Row("q", 3.0, None, high=4.0), "").tolerance == "at most 4"

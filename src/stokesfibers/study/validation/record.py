@@ -39,8 +39,6 @@ class Finding:
     erratum
         Where it is explained that `theirs`, as printed, is not what `ours` has to be. The range is
         then that of the right value.
-    excused
-        Whether a value outside the range is explained by `erratum` too.
     right
         What the range is about, where that is not `theirs`.
     """
@@ -51,7 +49,6 @@ class Finding:
     low: float | None
     high: float | None
     erratum: str = ""
-    excused: bool = False
     right: float | None = None
 
     def __post_init__(self) -> None:
@@ -65,7 +62,7 @@ class Finding:
         below = self.high is None or self.ours <= self.high
         if isfinite(self.ours) and above and below:
             return "explained" if self.erratum else "agrees"
-        return "explained" if self.excused and isfinite(self.ours) else "differs"
+        return "differs"
 
     @property
     def error(self) -> float | None:
@@ -149,6 +146,7 @@ def of_row(row: Row, erratum: str) -> Finding:
     erratum
         Where differences that the row knows of are explained.
     """
-    excused = row.verdict == "known difference"
-    pointer = erratum if excused else ""
-    return Finding(row.quantity, row.ours, row.paper, row.low, row.high, pointer, excused)
+    if row.verdict == "known difference":  # held against what is known
+        low, high = row.known_low, row.known_high
+        return Finding(row.quantity, row.ours, row.paper, low, high, erratum)
+    return Finding(row.quantity, row.ours, row.paper, row.low, row.high)
