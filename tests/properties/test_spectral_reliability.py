@@ -126,7 +126,7 @@ def test_flow_that_fails_on_the_way_ends_the_run_with_what_it_has(make, fault, t
     assert_same(sf.open_run(out), _start(mended).data)
 
 
-@pytest.mark.parametrize("writes", [80, 160, 300])
+@pytest.mark.parametrize("writes", [120, 160, 300])
 def test_full_disk_ends_a_run_that_can_go_on(writes, tmp_path, monkeypatch):
     problem, out, real, left = _single(), tmp_path / "run.zarr", atomic._write, [writes]
 

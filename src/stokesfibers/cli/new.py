@@ -27,5 +27,8 @@ def new(*, name: str | None, out: Path | None) -> None:
         return
     written = copied(name, out)
     click.echo("\n".join(map(str, written)))
-    verb = "sweep" if name.startswith("sweeps/") else "run"
-    click.echo(f"Next: stokesfibers {verb} {written[0]} --out {written[0].stem}.zarr", err=True)
+    stem = written[0].stem
+    todo = f"sweep {written[0]} --out {stem}"
+    if not name.startswith("sweeps/"):
+        todo = f"run {written[0]} --out {stem}.zarr"
+    click.echo(f"Next: stokesfibers {todo}", err=True)

@@ -144,9 +144,10 @@ def _model() -> Schema:
 def _domain() -> Schema:
     periodic = _kind(Periodic)
     periodic["properties"].update(_named("sum", IMAGE_SUMS))
-    sheared = _kind(Sheared)
-    sheared["properties"].update(_named("sum", {FastImages.kind: FastImages}))
-    return {"oneOf": [_kind(Free), periodic, sheared]}
+    free, sheared = _kind(Free), _kind(Sheared)
+    for table in (free, sheared):
+        table["properties"].update(_named("sum", {FastImages.kind: FastImages}))
+    return {"oneOf": [free, periodic, sheared]}
 
 
 def _named(key: str, kinds: Mapping[str, type]) -> dict[str, Schema]:

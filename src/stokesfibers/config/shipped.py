@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from stokesfibers.core.errors import InputError
@@ -9,6 +10,7 @@ from stokesfibers.core.errors import InputError
 _PACKAGE = Path(__file__).resolve().parents[1]
 _FOLDERS = (_PACKAGE / "cases", _PACKAGE.parents[1] / "cases")
 """In an installed package, and in a source tree."""
+_BASE = re.compile(r'^base = "(.+)"', re.MULTILINE)
 
 
 def shipped_cases() -> dict[str, Path]:
@@ -27,14 +29,16 @@ def about(path: Path) -> str:
 
 
 def copied(name: str, out: Path | None = None) -> list[Path]:
-    """Copy a shipped case, with the file of shapes that it reads, and return what was written.
+    """Copy a shipped case, with the files that it reads, and return what was written.
+
+    A sweep is called ``NAME_sweep.toml``, beside the case that it varies.
 
     Parameters
     ----------
     name
         One of `shipped_cases`.
     out
-        File to write; ``NAME.toml`` in this folder if None.
+        File to write; ``NAME.toml`` or ``NAME_sweep.toml`` in this folder if None.
 
     Raises
     ------
@@ -45,16 +49,24 @@ def copied(name: str, out: Path | None = None) -> list[Path]:
     if name not in cases:
         raise InputError("NAME", f"one of {', '.join(cases)}", repr(name))
     source = cases[name]
-    target = out or Path(source.name)
-    pairs = [(source, target)]
+    is_sweep = name.startswith("sweeps/")
+    target = out or Path(f"{source.stem}_sweep.toml" if is_sweep else source.name)
+    text = source.read_text(encoding="utf-8")
+    written = {target: text.encode()}
+    if is_sweep:
+        base = _BASE.search(text)
+        assert base is not None
+        varied = source.parent / base[1]
+        written[target] = _BASE.sub(f'base = "{varied.name}"', text, count=1).encode()
+        written[target.with_name(varied.name)] = varied.read_bytes()
     shapes = source.with_suffix(".npy")
     if shapes.exists():
-        pairs.append((shapes, target.with_name(shapes.name)))
-    for _, new in pairs:
-        if new.exists():
+        written[target.with_name(shapes.name)] = shapes.read_bytes()
+    for new, content in written.items():
+        if new.exists() and (new == target or new.read_bytes() != content):
             raise InputError("--out", "a file that does not exist", str(new), "Choose another.")
         if not new.parent.is_dir():
             raise InputError("--out", "a file in a folder that exists", str(new))
-    for old, new in pairs:
-        new.write_bytes(old.read_bytes())
-    return [new for _, new in pairs]
+    for new, content in written.items():
+        new.write_bytes(content)
+    return list(written)

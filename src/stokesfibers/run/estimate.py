@@ -19,7 +19,7 @@ from stokesfibers.run.start import Initial, first_carry
 from stokesfibers.stepping.base import AbstractStepper, C
 from stokesfibers.stepping.engines import stepper_of
 
-_STEP_BYTES = 56  # the numerics of a step
+_STEP_BYTES = 72  # the numerics of a step
 _TRIAL_SECONDS = 1.0
 _LONGEST_TRIAL_SECONDS = 8.0
 _START_STEPS = 50  # a run starts with low order and short steps; after so many they are typical

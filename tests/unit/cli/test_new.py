@@ -41,3 +41,16 @@ def test_nothing_is_overwritten_and_bad_names_are_told(tmp_path: Path):
     assert unknown.exit_code == 2
     assert "buckling" in unknown.output
     assert invoke("buckling", "--out", tmp_path / "none" / "x.toml").exit_code == 2
+
+
+def test_a_sweep_comes_with_the_case_that_it_varies(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    said = invoke("sweeps/buckling")
+    assert said.exit_code == 0, said.output
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["buckling.toml", "buckling_sweep.toml"]
+    planned = CliRunner().invoke(main, ["sweep", "buckling_sweep.toml", "--out", "b", "--dry-run"])
+    assert planned.exit_code == 0, planned.output
+    (tmp_path / "buckling_sweep.toml").unlink()
+    (tmp_path / "buckling.toml").write_text("# mine")
+    assert invoke("sweeps/buckling").exit_code == 2
+    assert (tmp_path / "buckling.toml").read_text() == "# mine"

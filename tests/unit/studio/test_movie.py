@@ -82,7 +82,9 @@ def test_a_gif_has_a_frame_for_each_record(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_an_mp4_plays_as_long_as_asked(tmp_path):
+    """The reader leaves its pipes to the garbage collector, which is what is ignored."""
     ffmpeg = pytest.importorskip("imageio_ffmpeg")
     path = movie(made_up(), tmp_path / "a.mp4", film(fps=10, duration=0.6))
     reader = ffmpeg.read_frames(str(path))
