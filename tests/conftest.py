@@ -19,6 +19,12 @@ def _one_blas_thread():
         yield
 
 
+@pytest.fixture(autouse=True)
+def _commits_at_all_records(monkeypatch):
+    """Commit at each record of positions, as a run slower than two a second does."""
+    monkeypatch.setattr("stokesfibers.run.recorder.LEAST_COMMIT_SECONDS", 0.0)
+
+
 @pytest.fixture
 def assert_close():
     """Return the comparison that refuses to be vacuous."""

@@ -224,7 +224,9 @@ _KILLED_LATE = """
 import os, signal, sys
 from pathlib import Path
 from stokesfibers.config.case import load_case
+from stokesfibers.run import recorder
 from stokesfibers.run.simulate import simulate
+recorder.LEAST_COMMIT_SECONDS = 0.0  # as for a run that takes longer than that between records
 case = load_case(sys.argv[1])
 
 def watch(moment):

@@ -79,10 +79,15 @@ def _say(facts: dict[str, Any], run: Path) -> None:
 
 
 def _say_trust(status: dict[str, Any]) -> None:
-    """Print whether the result can be trusted; runs of older versions do not know."""
+    """Print whether the result can be trusted; runs of older versions do not know.
+
+    Some of them called each run trusted that they had no doubts about, also one that failed.
+    """
     from stokesfibers.core.status import Status
 
     held = Status.from_dict(status)
+    if held.trust == "trusted" and held.code not in ("done", "interrupted"):
+        return
     if held.trust == "trusted":
         click.secho("trusted", fg="green", bold=True, nl=False)
         click.echo(": the run watched its own error, and all of it is within limits")

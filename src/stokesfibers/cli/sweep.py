@@ -13,6 +13,7 @@ from stokesfibers.cli.sweep_words import (
     bar,
     facts,
     say_changes,
+    say_doubts,
     say_end,
     say_failures,
     say_plan,
@@ -156,6 +157,8 @@ def _say_how_it_ended(attributes: dict[str, int | str], folder: Path, *, quiet: 
     if failed:
         complain(f"{failed} of {plural(cases, 'case')} failed; the others are in {folder}.")
         say_failures(folder)
+    if attributes["doubtful"]:
+        say_doubts(int(attributes["doubtful"]), folder)
     if not quiet:
         say_end(done, cases, folder)
     return RUN_FAILED if failed else DONE

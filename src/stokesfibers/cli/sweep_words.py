@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -27,6 +28,7 @@ COLOURS = {
 }
 _FORM = "{desc} |{bar}| {percentage:3.0f} %{postfix}"
 _MOST_LISTED = 12
+_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(\.\d+)?(e[-+]?\d+)?(?!\w)")
 
 
 @contextmanager
@@ -122,24 +124,37 @@ def say_failures(folder: Path) -> None:
 
 
 def _list_failures(found: Tally, *, err: bool = False) -> None:
-    """Print each reason once, with the cases that failed for it."""
-    reasons: dict[str, list[str]] = {}
+    """Print each reason once, with the cases that failed for it.
+
+    The same fault comes at another time and place in each case, so numbers tell no reasons apart.
+    """
+    said: dict[str, list[str]] = {}
+    failed: dict[str, list[str]] = {}
     for case, state in found.failures():
-        reasons.setdefault(state.reason.rstrip("."), []).append(
-            f"{case.name} at t = {number(state.time)}"
-        )
-    if not reasons:
+        kind = _NUMBER.sub("#", state.reason)
+        said.setdefault(kind, []).append(state.reason.rstrip("."))
+        failed.setdefault(kind, []).append(f"{case.name} at t = {number(state.time)}")
+    if not failed:
         return
     click.echo("", err=err)
     click.secho("Failed", bold=True, err=err)
-    for reason, names in reasons.items():
-        click.secho(f"  {reason}.", fg="red", err=err)
+    for kind, names in failed.items():
+        click.secho(f"  {said[kind][0]}.", fg="red", err=err)
+        if len(set(said[kind])) > 1:
+            click.echo("  The numbers are those of the first; --json of status has all.", err=err)
         for name in names[:_MOST_LISTED]:
             click.echo(f"    {name}", err=err)
         if len(names) > _MOST_LISTED:
             click.echo(f"    and {len(names) - _MOST_LISTED} more", err=err)
     if any(not state.final for _, state in found.failures()):
         click.echo("  When the cause is mended, run the sweep again.", err=err)
+
+
+def say_doubts(doubtful: int, folder: Path) -> None:
+    """Print that some results cannot be trusted, and where it stands why."""
+    click.secho("warning: ", fg="yellow", bold=True, nl=False, err=True)
+    where = f"the variable 'doubt' of {folder / 'sweep.zarr'} says why"
+    click.echo(f"{plural(doubtful, 'result')} cannot be trusted; {where}.", err=True)
 
 
 def say_end(done: int, cases: int, folder: Path) -> None:

@@ -60,7 +60,8 @@ class Status:
     hint
         What to try; empty when nothing is wrong.
     trust
-        ``"trusted"``, ``"doubtful"``, or empty where the run did not watch itself.
+        ``"trusted"``, ``"doubtful"``, or empty where the run failed or goes on without a doubt, or
+        did not watch itself.
     reasons
         Why it is doubtful; the worst first.
     """

@@ -1,9 +1,9 @@
 """One writer per run store: a locked file inside it.
 
 The lock belongs to the open file, so it vanishes with the process that holds it, however that
-ends. Where the file system has no such locks, as some that are mounted over a network, the name of
-the holder in the file is the guard: a process that is gone from this machine is nobody, one on
-another machine is believed.
+ends. Where the file system has no such locks, as some that are mounted over a network, the file
+itself is the guard, and whoever makes it is the holder, whose name it bears: a process that is gone
+from this machine is nobody, one on another machine is believed.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import os
 import re
 import socket
 import sys
+import time
+import uuid
 from contextlib import suppress
 from pathlib import Path
 
@@ -23,6 +25,7 @@ if sys.platform != "win32":
 
 NAME = ".lock"
 _NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
+_NAMING_SECONDS = 0.5
 _HOLDER = re.compile(r"process (\d+) on (\S+)")
 
 
@@ -37,17 +40,20 @@ def acquire(folder: Path) -> int:
         If the lock file cannot be made.
     """
     while True:
-        fd = os.open(folder / NAME, os.O_RDWR | os.O_CREAT, 0o666)
+        fd, made = _opened(folder / NAME)
         try:
-            if not _lock(fd):
+            locked = _lock(fd)
+            if locked is False or (locked is None and not made and _held(_named(fd))):
                 raise StoreError(
                     str(folder),
                     "a run that nothing else is writing",
                     f"one in use by {_holder(fd)}",
                     f"Wait until it ends, or stop it. If there is no such process, delete {NAME}.",
                 )
+            if locked is None and not made:  # its holder is gone; one who sees that makes it anew
+                _discard(fd, folder / NAME)
             # The last holder may have removed the file between our open and our lock.
-            if _same_file(fd, folder / NAME):
+            elif _same_file(fd, folder / NAME):
                 with suppress(OSError):
                     os.ftruncate(fd, 0)
                     os.write(fd, f"process {os.getpid()} on {socket.gethostname()}".encode())
@@ -67,7 +73,17 @@ def release(fd: int, folder: Path) -> None:
     os.close(fd)
 
 
-def _lock(fd: int) -> bool:
+def _opened(path: Path) -> tuple[int, bool]:
+    """Open the lock file, and say whether this made it."""
+    while True:
+        with suppress(FileExistsError):
+            return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666), True
+        with suppress(FileNotFoundError):  # its holder has just removed it
+            return os.open(path, os.O_RDWR), False
+
+
+def _lock(fd: int) -> bool | None:
+    """Lock the file; return whether nobody else has, None if there are no locks here."""
     if sys.platform == "win32":
         return True
     try:
@@ -77,8 +93,30 @@ def _lock(fd: int) -> bool:
     except OSError as error:
         if error.errno not in _NO_LOCKS:
             raise
-        return not _held(_holder(fd))
+        return None
     return True
+
+
+def _named(fd: int) -> str:
+    """Return the holder; whoever has just made the file gets time to write its name."""
+    end = time.monotonic() + _NAMING_SECONDS
+    while _HOLDER.fullmatch(_holder(fd)) is None and time.monotonic() < end:
+        time.sleep(_NAMING_SECONDS / 10.0)
+    return _holder(fd)
+
+
+def _discard(fd: int, path: Path) -> None:
+    """Remove the file that `fd` is, but not one that somebody has put in its place."""
+    if not _same_file(fd, path):
+        return
+    # Moved first: between the look and the move it may have been replaced.
+    aside = path.with_name(f"{path.name}.{uuid.uuid4().hex[:8]}")
+    with suppress(FileNotFoundError):
+        path.rename(aside)
+        if _same_file(fd, aside):
+            aside.unlink()
+        else:
+            aside.rename(path)
 
 
 def _held(holder: str) -> bool:

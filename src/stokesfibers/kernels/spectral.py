@@ -257,7 +257,8 @@ def _norms(weights, scales, history, fresh, transposed, work, out):
             largest = 0.0
             for i in range(n):
                 size = values[0, i] ** 2 + values[1, i] ** 2 + values[2, i] ** 2
-                largest = max(largest, size)
+                if size > largest or size != size:  # NaN stays NaN
+                    largest = size
             out[r, c] = np.sqrt(largest)
             work[:, :2] = 0.0
 

@@ -89,8 +89,7 @@ def advance(
         if fresh:
             recorder.start(carry)
         status, last = _advance(recorder, stepper, carry, goal)
-        status = recorder.judged(status)
-        recorder.commit(last, status)
+        return recorder.commit(last, status)
     except StoreError as error:
         return Status(
             "failed",
@@ -99,7 +98,6 @@ def advance(
             "kept",
             error.hint,
         )
-    return status
 
 
 def _advance(
@@ -123,6 +121,7 @@ def _advance(
             return _blown_up(now), None
         except InputError as fault:
             return _flow_failed(now, fault), None
+        recorder.note_length(error, report)
         if not error < LARGEST_LENGTH_ERROR:
             return _blown_up(now), None
         recorder.note_crossings(_crossings(stepper, carry, ahead), report)

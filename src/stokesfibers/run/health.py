@@ -1,9 +1,10 @@
 """Whether a run can be trusted: what it measures of its own error, and the limits.
 
-Each quantity, its formula and its limit are in docs/how-to/trust.md. Lengths are looked at with the
-observables; the balances, which need the mobility once more, after a step now and then. Which steps
-these are depends on their number alone, and all that is kept goes with the checkpoints: a run that
-was stopped says the same as one that was not.
+Each quantity, its formula and its limit are in docs/how-to/trust.md. Lengths are looked at after
+each step and with the observables; the balances, which need the mobility once more, after a step
+now and then. Which steps these are depends on their number alone, and all that is kept goes with
+the checkpoints: a run that was stopped says the same as one that was not. The look at a run's last
+step is not kept.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ FIXED_LIMIT = 1e-3
 """Trusted with the high-order engine where steps are fixed and no tolerance is given."""
 _FIXED_SPACE = 1e-4  # what nodes are chosen for there
 PAPER_LIMITS: Mapping[str, float] = {
-    "length_error": 1e-2,
+    "length_error": 2e-2,  # chords count too
     "force_error": 0.12,
     "torque_error": 1.2e-2,
     "energy_error": 5e-3,
@@ -44,6 +45,7 @@ PAPER_LIMITS: Mapping[str, float] = {
 _EVERY, _EVERY_OF_SEVERAL = 16, 32  # steps between two that are weighed
 _EARLY = (2, 4, 8)
 _LEAST_WORK = 1e-6  # of E / L: a run that dissipates less is one in which nothing happens
+_HUGE = 1e308  # stands for what is not finite: beyond each limit, and JSON can hold it
 
 _MORE_NODES = (
     "Take more discretization.nodes, or leave them out: the run then adds what shapes ask for"
@@ -78,12 +80,18 @@ def health_layout() -> dict[str, ArrayLayout]:
 
 @dataclass(frozen=True)
 class _Sums:
-    """Integrals over time so far."""
+    """Integrals over time so far; `most` is the largest |missing| that there was, `when` its time.
+
+    What the start lacks is held against all that the run dissipates, not against the next to
+    nothing that is dissipated until then: there, rounding alone would be beyond a small tolerance.
+    """
 
     missing: float = 0.0
     dissipated: float = 0.0
     off: float = 0.0
     moved: float = 0.0
+    most: float = 0.0
+    when: float = 0.0
 
 
 class Health(Generic[C]):
@@ -105,6 +113,9 @@ class Health(Generic[C]):
         self._every = _EVERY_OF_SEVERAL if several else _EVERY
         self._least = _LEAST_WORK * max(k.rigidity / k.length for k in problem.kinds)
         self._limits = limits(problem)
+        longest = max(k.length for k in problem.kinds)
+        # Power of the forces that bear a fiber's own motion on an error of the limit in it.
+        self._let_pass = self._limits["energy_error"] * problem.drag * longest**3
         self._worst: dict[str, tuple[float, float]] = {}
         self._now = dict.fromkeys(WEIGHED, 0.0)
         self._last: Balance | None = None
@@ -117,14 +128,20 @@ class Health(Generic[C]):
         return {f"observables/{name}": np.array([self._now[name]]) for name in WEIGHED}
 
     def note(self, quantity: str, value: float, time: float) -> None:
-        """Keep the worst value of a quantity and its time."""
-        if np.isfinite(value) and value > self._worst.get(quantity, (0.0, 0.0))[0]:
-            self._worst[quantity] = (float(value), float(time))
+        """Keep the worst value of a quantity and its time; what is not finite is the worst."""
+        if self._limits[quantity] == float("inf"):  # not measured with this engine
+            return
+        size = float(value) if np.isfinite(value) else _HUGE
+        if size > self._worst.get(quantity, (0.0, 0.0))[0]:
+            self._worst[quantity] = (size, float(time))
 
     def step(self, carry: C) -> None:
         """Weigh the step behind `carry`, if it is its turn."""
-        if carry.step % self._every and carry.step not in _EARLY:
-            return
+        if not carry.step % self._every or carry.step in _EARLY:
+            self._look(carry)
+
+    def _look(self, carry: C) -> None:
+        """Weigh the step behind `carry`."""
         try:
             balance = self._weigh(carry)
             moment = snapshot(self._stepper, carry)
@@ -133,17 +150,24 @@ class Health(Generic[C]):
             return  # a user's function that fails here fails in the next step, which says so
         if balance is None:
             return
-        self._sums = _added(self._sums, self._last, balance)
-        self._last, sums = balance, self._sums
-        self._now = {
-            "force_error": found[0],
-            "torque_error": found[1],
-            "energy_error": abs(sums.missing) / max(sums.dissipated, self._least),
-            "motion_error": sums.off / max(1.0, sums.moved),
-        }
-        for name, value in self._now.items():
-            if carry.step >= _EVERY:  # of the first steps, which start anew, too little is known
-                self.note(name, value, balance.time)
+        # As a checkpoint would hold it, so that a run that was stopped goes on with the same.
+        balance = Balance(**_finite(vars(balance)))
+        sums = _added(self._sums, self._last, balance, let_pass=self._let_pass)
+        self._last, self._sums = balance, sums
+        work = max(sums.dissipated, self._least)
+        self._now = _finite(
+            {
+                "force_error": found[0],
+                "torque_error": found[1],
+                "energy_error": abs(sums.missing) / work,
+                "motion_error": sums.off / max(1.0, sums.moved),
+            }
+        )
+        if carry.step < _EVERY:  # of the first steps, which start anew, too little is known
+            return
+        for name in ("force_error", "torque_error", "motion_error"):
+            self.note(name, self._now[name], balance.time)
+        self._worst["energy_error"] = (_finite(sums.most / work), sums.when)
 
     def state(self) -> dict[str, Any]:
         """Return what goes with a checkpoint, JSON-ready."""
@@ -159,12 +183,31 @@ class Health(Generic[C]):
         self._now = dict(held["now"])
         self._last = None if held["last"] is None else Balance(**held["last"])
         self._sums = _Sums(**held["sums"])
+        if "most" not in held["sums"] and self._last is not None:  # of an older version
+            self._sums = replace(self._sums, most=abs(self._sums.missing), when=self._last.time)
 
-    def judged(self, status: Status, crossings: list[dict[str, Any]]) -> Status:
-        """Return `status` with whether the run can be trusted, and why not."""
-        reasons = [*_crossed(crossings), *_summed(self._stepper.problem), *self._beyond()]
-        trust = "doubtful" if reasons else "trusted"
+    def judged(
+        self, status: Status, crossings: list[dict[str, Any]], carry: C | None = None
+    ) -> Status:
+        """Return `status` with whether the run can be trusted, and why not.
+
+        A run that ended gets a last look at `carry`, which leaves no trace: going on from there is
+        as if it had not ended. One that failed, or still goes on, is never called trusted.
+        """
+        ended = status.code in ("done", "interrupted")
+        beyond = self._beyond() if carry is None or not ended else self._beyond_with(carry)
+        reasons = [*_crossed(crossings), *_summed(self._stepper.problem), *beyond]
+        trust = "doubtful" if reasons else "trusted" if ended else ""
         return replace(status, trust=trust, reasons=tuple(reasons))
+
+    def _beyond_with(self, carry: C) -> list[Reason]:
+        """Return what is beyond its limit after one more look, which is then forgotten."""
+        kept = dict(self._worst), self._now, self._last, self._sums
+        if self._last is None or self._last.time != self._stepper.time(carry):
+            self._look(carry)
+        beyond = self._beyond()
+        self._worst, self._now, self._last, self._sums = kept
+        return beyond
 
     def _beyond(self) -> list[Reason]:
         """Return a reason for each quantity beyond its limit, the farthest first."""
@@ -182,16 +225,27 @@ class Health(Generic[C]):
         return sorted(found, key=lambda r: (r.quantity != "spatial_error", -r.value / r.limit))
 
 
-def _added(sums: _Sums, last: Balance | None, now: Balance) -> _Sums:
-    """Return the integrals up to `now`, by the trapezoidal rule."""
+def _added(sums: _Sums, last: Balance | None, now: Balance, *, let_pass: float) -> _Sums:
+    """Return the integrals up to `now`, by the trapezoidal rule.
+
+    To what is dissipated belongs what errors within the limit dissipate, `let_pass` times pace
+    squared: in a rigid rotation there is nothing else.
+    """
     before = last or replace(now, time=0.0)
     half = 0.5 * (now.time - before.time)
-    return _Sums(
-        sums.missing + half * (before.residual + now.residual),
-        sums.dissipated + half * (abs(before.dissipation) + abs(now.dissipation)),
+    errors = let_pass * (before.pace * before.pace + now.pace * now.pace)
+    missing = _finite(sums.missing + half * (before.residual + now.residual))
+    more = abs(missing) > sums.most
+    dissipated = abs(before.dissipation) + abs(now.dissipation) + errors
+    added = _Sums(
+        missing,
+        sums.dissipated + half * dissipated,
         sums.off + half * (before.defect + now.defect),
         sums.moved + half * (before.pace + now.pace),
+        abs(missing) if more else sums.most,
+        now.time if more else sums.when,
     )
+    return _Sums(**_finite(vars(added)))
 
 
 def _crossed(crossings: list[dict[str, Any]]) -> list[Reason]:
@@ -228,4 +282,6 @@ def _finite(value: Any) -> Any:
         return {name: _finite(v) for name, v in value.items()}
     if isinstance(value, tuple | list):
         return [_finite(v) for v in value]
-    return float(np.nan_to_num(value)) if isinstance(value, float) else value
+    if not isinstance(value, float):
+        return value
+    return float(np.nan_to_num(value, nan=_HUGE, posinf=_HUGE, neginf=-_HUGE))

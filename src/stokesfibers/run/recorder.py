@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from time import monotonic
 from typing import Any, Generic, Protocol
 
 import numpy as np
@@ -25,6 +26,9 @@ from stokesfibers.run.moment import snapshot
 from stokesfibers.run.schedule import Schedule, due_times, is_due
 from stokesfibers.stepping.base import AbstractStepper, C
 from stokesfibers.stepping.report import StepReport
+
+LEAST_COMMIT_SECONDS = 0.5
+"""Of wall time between commits, each of which replaces some forty files: a kill loses no more."""
 
 
 class Sink(Protocol):
@@ -92,6 +96,7 @@ class Recorder(Generic[C]):
         self._health = health
         self._reports: list[StepReport] = []
         self._saved = recorded  # time of the last checkpoint
+        self._stored = -np.inf  # wall time of the last commit
         self.recorded = recorded
         self.committed = 0.0
         self.crossings: list[dict[str, Any]] = []
@@ -126,8 +131,9 @@ class Recorder(Generic[C]):
         if places:
             moments = (snapshot(self._stepper, carry, t) for t in places)
             self._sink.append(together([trajectory_records(m, self._points) for m in moments]))
-            due = is_due(schedule.checkpoint_interval, self._saved, end)
-            self.commit(carry if due else None, Status("running", end))
+            if monotonic() - self._stored >= LEAST_COMMIT_SECONDS:
+                due = is_due(schedule.checkpoint_interval, self._saved, end)
+                self.commit(carry if due else None, Status("running", end))
 
     def _observed(self, moment: Snapshot) -> Records:
         """Return the observables of a moment, with those of the run's health."""
@@ -158,16 +164,20 @@ class Recorder(Generic[C]):
         if found:
             self._sink.set_attributes({"crossings": json.dumps(self.crossings)})
 
-    def judged(self, status: Status) -> Status:
-        """Return `status` with whether the run can be trusted so far."""
-        return self._health.judged(status, self.crossings)
+    def note_length(self, error: float, report: StepReport) -> None:
+        """Keep the relative length error of a fiber at the end of a step, if it is the worst."""
+        self._health.note("length_error", error, report.time)
 
-    def commit(self, carry: C | None, status: Status) -> None:
+    def judged(self, status: Status, carry: C | None = None) -> Status:
+        """Return `status` with whether the run can be trusted so far, `carry` being the last."""
+        return self._health.judged(status, self.crossings, carry)
+
+    def commit(self, carry: C | None, status: Status) -> Status:
         """Commit all records, with `carry` as checkpoint unless None.
 
-        The status is stored with whether the run can be trusted.
+        The status is stored, and returned, with whether the run can be trusted.
         """
-        status = self.judged(status)
+        status = self.judged(status, carry)
         if self._reports:
             self._sink.append(step_records(self._reports))
             self._reports = []
@@ -181,6 +191,7 @@ class Recorder(Generic[C]):
             }
             checkpoint = Checkpoint(self._stepper.stored(carry), meta)
         self._sink.commit(status.to_dict(), checkpoint)
-        self.committed = status.time
+        self.committed, self._stored = status.time, monotonic()
         if carry is not None:
             self._saved = status.time
+        return status

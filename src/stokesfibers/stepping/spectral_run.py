@@ -203,12 +203,12 @@ class SpectralRunStepper(AbstractStepper[Carry]):
         return min(wanted, self._capacity)
 
     def _spatial_error(self, carry: Carry, resolved: list[Resolution]) -> float:
-        """Return the error through lack of nodes and correction terms, relative; may be inf."""
+        """Return the relative error through lack of nodes and terms; not finite if it is lost."""
         worst = 0.0
         on = self._on(_nodes(carry))
         for (fiber, which), found in zip(on.kinds, resolved, strict=True):
             remainder = fiber.weights.remainder(carry.ratio[which])
-            worst = max(worst, float(np.maximum(found.error, remainder).max()))
+            worst = float(np.maximum(worst, np.maximum(found.error, remainder).max()))  # NaN wins
         return worst
 
 

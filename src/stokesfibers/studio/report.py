@@ -117,7 +117,7 @@ def _verdicts(status: Status | None) -> str:
     if status.trust == "doubtful":
         said = "The result is doubtful."
         lines = [str(reason) for reason in status.reasons]
-    elif status.trust == "trusted":
+    elif status.trust == "trusted" and status.code in ("done", "interrupted"):
         said = "The result can be trusted, as far as the run has watched itself."
         lines = ["Lengths and balances stayed within their limits (see Health and numbers)."]
     else:

@@ -18,7 +18,7 @@ import xarray as xr
 
 from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.io.atomic import disk_errors, write_atomic
-from stokesfibers.run.interrupt import stop_on_signal
+from stokesfibers.run.interrupt import ask_to_stop, stop_on_signal
 from stokesfibers.study.sweep_dataset import dataset, write_dataset
 from stokesfibers.study.sweep_folder import PLAN, State, SweepFolder, end_session, opened, session
 from stokesfibers.study.sweep_job import Job
@@ -87,7 +87,7 @@ def sweep(
     retry
         Whether cases that failed for good are tried anew.
     watch
-        Called now and then, and when a case ends.
+        Called now and then, and when a case ends. If it raises, the sweep stops as on Ctrl-C first.
 
     Returns
     -------
@@ -111,6 +111,8 @@ def sweep(
         _run(folder, plan, told, where)
         data = dataset(folder, plan, told.known)
         write_dataset(data, folder.path)
+        if told.error is not None:
+            raise told.error
         return data
 
 
@@ -197,6 +199,7 @@ class _Told:
     def __init__(self, folder: SweepFolder, plan: Plan, watch: Watch | None) -> None:
         self._folder, self._plan, self._watch, self._last = folder, plan, watch, 0.0
         self.known: dict[str, State] = {}
+        self.error: Exception | None = None
 
     def now_and_then(self) -> None:
         if time.monotonic() - self._last >= _LOOK_SECONDS:
@@ -208,6 +211,16 @@ class _Told:
             self._tell(job.case)
 
     def _tell(self, case: SweepCase | None) -> None:
-        if self._watch is not None:
-            self._watch(tally(self._folder, self._plan, active=True, known=self.known), case)
-            self._last = time.monotonic()
+        if self._watch is None:
+            return
+        found = tally(self._folder, self._plan, active=True, known=self.known)
+        try:
+            if self.error is None:
+                self._watch(found, case)
+        except Exception as error:
+            # Not a fault of the case that runs now: that one is stored, then all stop.
+            error.add_note("The sweep was stopped; the same call goes on from there.")
+            self.error = error
+        if self.error is not None:
+            ask_to_stop()
+        self._last = time.monotonic()

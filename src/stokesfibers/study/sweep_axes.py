@@ -6,7 +6,7 @@ the sweep are all combinations of a point of each.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
@@ -15,7 +15,9 @@ from stokesfibers.core.tables import Table, as_table
 from stokesfibers.study.sweep_values import leaves, seeds_of, short_names, values_of
 
 SEED = "initial.seed"
-_TAKEN = {"time", "record", "fiber", "node", "space", "i", "j"}
+FACTS = {"status", "reason", "doubt", "run", "time_reached", "wall_time"}
+"""What the dataset of a sweep says of each case, beside what is collected."""
+_TAKEN = {"time", "record", "fiber", "node", "space", "i", "j", *FACTS}
 
 
 @dataclass(frozen=True)
@@ -51,8 +53,15 @@ class Axis:
         return cls(table["name"], tuple(table["points"]), tuple(table["labels"]))
 
 
-def axes_of(tables: Mapping[str, Any]) -> tuple[Axis, ...]:
+def axes_of(tables: Mapping[str, Any], variables: Set[str] = frozenset()) -> tuple[Axis, ...]:
     """Return the axes that the tables of a sweep ask for.
+
+    Parameters
+    ----------
+    tables
+        Of the sweep.
+    variables
+        Names that the dataset needs for what is collected.
 
     Raises
     ------
@@ -71,7 +80,7 @@ def axes_of(tables: Mapping[str, Any]) -> tuple[Axis, ...]:
     for path in paths:
         if paths.count(path) > 1:
             raise InputError(path, "to be swept once", "on two axes")
-    return _named(drafts, short_names(paths))
+    return _named(drafts, short_names(paths), {*_TAKEN, *variables})
 
 
 def _grid(value: object) -> Iterator[Axis]:
@@ -119,7 +128,7 @@ def _text(where: str, value: object) -> str:
     return value
 
 
-def _named(axes: list[Axis], short: dict[str, str]) -> tuple[Axis, ...]:
+def _named(axes: list[Axis], short: dict[str, str], taken: Set[str]) -> tuple[Axis, ...]:
     """Return the axes with the names of their parameters where they have none."""
     named = []
     for axis in axes:
@@ -128,7 +137,7 @@ def _named(axes: list[Axis], short: dict[str, str]) -> tuple[Axis, ...]:
     names = [axis.name for axis in named]
     for axis in named:
         others = {short[path] for path in short if path not in axis.paths}
-        if names.count(axis.name) > 1 or axis.name in {*_TAKEN, *others}:
+        if names.count(axis.name) > 1 or axis.name in {*taken, *others}:
             hint = "Set name in [[zip]]." if len(axis.paths) > 1 else ""
             raise InputError("sweep", "dimensions with names of their own", repr(axis.name), hint)
     return tuple(named)

@@ -89,6 +89,16 @@ class Collect:
         """All observables that are asked for."""
         return tuple(dict.fromkeys(name for key in _LISTS for name in getattr(self, key)))
 
+    @property
+    def variables(self) -> frozenset[str]:
+        """Names of the variables that these become."""
+        extremes = {f"{n}_{key}" for key in ("largest", "smallest") for n in getattr(self, key)}
+        means = {f"{n}_mean{end}" for n in self.mean for end in ("", "_error", "_settled")}
+        times = {f"{name}_time" for name in extremes}
+        return frozenset(
+            {*self.series, *(f"{n}_final" for n in self.final)} | extremes | times | means
+        )
+
     def check(self, problem: Problem, until: float, interval: float) -> None:
         """Raise InputError if a run of `problem` cannot give what is asked for.
 
@@ -138,6 +148,8 @@ def reduced(run: xr.DataTree, collect: Collect) -> xr.Dataset:
         if name in collect.final:
             found[f"{name}_final"] = _said(values.isel(time=-1, drop=True), "at the end")
         late = values.sel(time=values["time"] >= collect.after)
+        if not late.sizes["time"]:  # a condition ended the run before
+            late = xr.full_like(values.isel(time=[-1]), np.nan, dtype=float)
         for key in ("largest", "smallest"):
             if name in getattr(collect, key):
                 found |= _extreme(late, key)
@@ -150,10 +162,11 @@ def _extreme(values: xr.DataArray, key: str) -> dict[str, xr.DataArray]:
     name, sign = str(values.name), 1.0 if key == "largest" else -1.0
     ranked = (sign * values).fillna(-np.inf)
     place = ranked.argmax("time")
-    time = values["time"].isel(time=place).drop_vars("time")
+    chosen = values.isel(time=place).drop_vars("time")
+    time = values["time"].isel(time=place).drop_vars("time").where(np.isfinite(chosen))
     when = f"time of the {key} {lookup('observables', name).meaning}"
     return {
-        f"{name}_{key}": _said(values.isel(time=place).drop_vars("time"), f"{key} over time"),
+        f"{name}_{key}": _said(chosen, f"{key} over time"),
         f"{name}_{key}_time": time.assign_attrs(units="time", long_name=when),
     }
 

@@ -7,6 +7,7 @@ import shutil
 import uuid
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stokesfibers.core.errors import StoreError
+from stokesfibers.core.status import Status
 from stokesfibers.io.atomic import disk_errors
 from stokesfibers.io.provenance import provenance
 from stokesfibers.io.reader import open_run
@@ -27,6 +29,7 @@ from stokesfibers.study.sweep_values import short_names, toml_text
 _WHAT = {
     "status": "how the case ended: done, failed, interrupted or waiting",
     "reason": "why it failed",
+    "doubt": "why its result cannot be trusted",
     "run": "its run, below the folder of the sweep",
     "time_reached": "simulated time it reached",
     "wall_time": "computing time of its steps",
@@ -49,14 +52,18 @@ def dataset(
     dims = tuple(axis.name for axis in plan.axes)
     ended = known or {}
     states = [ended.get(case.key) or folder.state(case) for case in plan.cases]
-    found, walls = [], []
+    found, walls, doubts = [], [], []
     for k, (case, state) in enumerate(zip(plan.cases, states, strict=True)):
-        one, wall, states[k] = _taken(folder, case, state, plan)
-        found.append(one)
-        walls.append(wall)
+        taken = _taken(folder, case, state, plan)
+        found.append(taken.values)
+        walls.append(taken.wall)
+        doubts.append(taken.doubt)
+        states[k] = taken.state
     held = {name: (dims, values.reshape(shape)) for name, values in _facts(folder, plan, states)}
     held["wall_time"] = (dims, np.array(walls).reshape(shape))
-    data = xr.Dataset(held, coords=_coordinates(plan.axes), attrs=_attributes(plan, states))
+    held["doubt"] = (dims, _texts(doubts).reshape(shape))
+    attributes = _attributes(plan, states) | {"doubtful": sum(map(bool, doubts))}
+    data = xr.Dataset(held, coords=_coordinates(plan.axes), attrs=attributes)
     for name, meaning in _WHAT.items():
         data[name].attrs["long_name"] = meaning
     data["wall_time"].attrs["units"] = "s"
@@ -92,20 +99,29 @@ def write_dataset(data: xr.Dataset, folder: Path) -> Path:
     return place
 
 
-def _taken(
-    folder: SweepFolder, case: SweepCase, state: State, plan: Plan
-) -> tuple[xr.Dataset | None, float, State]:
-    """Return what a finished case gives, its wall time, and its state as it turned out."""
+@dataclass(frozen=True)
+class _Taken:
+    """What the run of a case gives, and the case's state as it turned out."""
+
+    state: State
+    values: xr.Dataset | None = None
+    wall: float = np.nan
+    doubt: str = ""
+
+
+def _taken(folder: SweepFolder, case: SweepCase, state: State, plan: Plan) -> _Taken:
     store = folder.store(case)
     if state.code == "waiting" or not store.exists():
-        return None, np.nan, state
+        return _Taken(state)
     try:
         with open_run(store) as run:
             wall = float(run["numerics"].to_dataset()["wall_time"].sum())
-            return (reduced(run, plan.collect) if state.code == "done" else None), wall, state
-    except (StoreError, OSError, KeyError, ValueError) as error:
+            values = reduced(run, plan.collect) if state.code == "done" else None
+            doubts = "; ".join(map(str, Status.from_dict(dict(run.attrs["status"])).reasons))
+            return _Taken(state, values, wall, doubts)
+    except (StoreError, OSError, LookupError, ValueError) as error:
         told = f"The run cannot be read: {error}"
-        return None, np.nan, State("failed", state.time, told, final=False)
+        return _Taken(State("failed", state.time, told, final=False))
 
 
 def _facts(

@@ -28,6 +28,7 @@ from stokesfibers.io import lock, marker
 from stokesfibers.io.atomic import disk_errors, write_atomic
 from stokesfibers.study.sweep_plan import FORMAT, FORMAT_VERSION, Plan, SweepCase
 
+_LOOK_SECONDS = 0.2
 PLAN, SESSION, RUNS, DATASET = "sweep.json", "session.json", "runs", "sweep.zarr"
 Code = Literal["waiting", "running", "interrupted", "done", "failed"]
 
@@ -185,7 +186,7 @@ def opened(path: Path) -> Iterator[SweepFolder]:
     with disk_errors(path):
         (folder.path / RUNS).mkdir(parents=True, exist_ok=True)
         try:
-            held = lock.acquire(folder.path)
+            held = _only_writer(folder.path)
         except StoreError as error:
             hint = "Wait until it ends, stop it, or choose another --out."
             expected = "a folder where no sweep is running"
@@ -195,6 +196,15 @@ def opened(path: Path) -> Iterator[SweepFolder]:
         yield folder
     finally:
         lock.release(held, folder.path)
+
+
+def _only_writer(path: Path) -> int:
+    try:
+        return lock.acquire(path)
+    except StoreError:
+        # Somebody who asks whether a sweep runs holds it for a moment; a sweep holds it longer.
+        time.sleep(_LOOK_SECONDS)
+        return lock.acquire(path)
 
 
 def _check_place(folder: SweepFolder) -> None:

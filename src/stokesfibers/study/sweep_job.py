@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from stokesfibers.config.case import Case
 from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
 from stokesfibers.io import lock
@@ -62,8 +63,11 @@ def run_job(job: Job, tick: Tick | None = None) -> State:
         if before.code == "done" or (before.code == "failed" and before.final and not job.again):
             return before
         _wait_for_last_writer(job)
+        case = _as_planned(job)
+        if isinstance(case, str):  # what has changed can be put back
+            return _failed(job, case, final=False)
         job.folder.write_note(job.case, None)
-        status = _run(job, anew=before.code == "failed" and before.final, tick=tick)
+        status = _run(job, case, anew=before.code == "failed" and before.final, tick=tick)
     except StoreError as error:
         return _failed(job, str(error), final=False)
     except InputError as error:
@@ -84,19 +88,23 @@ def run_job(job: Job, tick: Tick | None = None) -> State:
     return found
 
 
-def _run(job: Job, *, anew: bool, tick: Tick | None) -> Status:
+def _as_planned(job: Job) -> Case | str:
+    """Return the case as it was planned; if its files are others by now, what to say of that."""
+    try:
+        case = load_case(job.case, job.base, allow_python=job.allow_python)
+    except InputError as error:  # all cases could be loaded when the sweep was planned
+        return f"{error} It has changed since the sweep was planned: put it back, or start again"
+    if key_of(case) == job.case.key:
+        return case
+    return "A file it uses has changed since the sweep was planned: put it back, or start again"
+
+
+def _run(job: Job, case: Case, *, anew: bool, tick: Tick | None) -> Status:
     """Start or resume the run of a case."""
-    case = load_case(job.case, job.base, allow_python=job.allow_python)
-    if key_of(case) != job.case.key:
-        raise InputError(
-            "sweep",
-            "the case that was planned",
-            "another: a file it uses has changed since",
-            "Start the sweep again.",
-        )
     store, watch = job.folder.store(job.case), _Watch(job, tick)
     if store.exists() and not anew:
-        result = resume(store, allow_python=job.allow_python, watch=watch, threads=1)
+        # Its files may lie elsewhere than when it began, so the problem is not the stored one.
+        result = resume(store, problem=case.problem, watch=watch, threads=1)
     else:
         result = simulate(
             case.problem,

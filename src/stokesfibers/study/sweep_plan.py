@@ -124,8 +124,8 @@ def read_plan(source: Source, settings: Iterable[str] = (), *, allow_python: boo
         tables, said, place = read_tables(Path(source)), str(source), Path(source).parent
     refuse_unknown(tables, _KEYS, "")
     base, folder = _base(tables, place)
-    axes = axes_of(tables)
     collect = Collect.from_table(as_table(tables.get("collect", {}), "collect"))
+    axes = axes_of(tables, collect.variables)
     swept = {path for axis in axes for path in axis.paths}
     for path, value in leaves(as_table(tables.get("set", {}), "set")):
         _apply(base, path, value, where="set", swept=swept)
@@ -204,9 +204,30 @@ def _resolved(
 
 
 def key_of(case: Case) -> str:
-    """Return a hash of the resolved case and of the file of its shapes."""
-    text = json.dumps(case.tables(), sort_keys=True)
-    digest = hashlib.sha256(text.encode())
+    """Return a hash of the resolved case: of numbers their values, of files their content.
+
+    Neither how a number is written nor where a file lies is part of it.
+    """
+    tables = case.tables()
+    content = b""
     if isinstance(case.initial, FromFile):
-        digest.update(Path(case.initial.path).read_bytes())
-    return digest.hexdigest()[:12]
+        content = Path(tables["initial"].pop("path")).read_bytes()
+    text = json.dumps(_canonical(tables), sort_keys=True)
+    return hashlib.sha256(text.encode() + content).hexdigest()[:12]
+
+
+def _canonical(value: Any) -> Any:
+    """Return `value` with one form for equal numbers, and without places of files."""
+    if isinstance(value, Mapping):
+        known = {"path", "file"} if "sha256" in value and not _looks_around(value) else set()
+        return {key: _canonical(entry) for key, entry in value.items() if key not in known}
+    if isinstance(value, list | tuple):
+        return [_canonical(entry) for entry in value]
+    if isinstance(value, float) and value.is_integer():
+        return int(value)  # not the other way: whole numbers may be too long for a float
+    return value
+
+
+def _looks_around(table: Mapping[str, Any]) -> bool:
+    """Return whether a Python file asks where it lies: what it does may depend on that."""
+    return b"__file__" in Path(table.get("file") or table["path"]).read_bytes()

@@ -54,7 +54,7 @@ def test_lock_on_a_removed_file_does_not_count(
     real = lock._lock
     tries = []
 
-    def slow(fd: int) -> bool:
+    def slow(fd: int) -> bool | None:
         # As if the last holder let go, and removed the file, after ours was opened.
         if not tries:
             (tmp_path / lock.NAME).unlink()
@@ -78,6 +78,48 @@ def no_locks(monkeypatch: pytest.MonkeyPatch) -> None:
         raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
 
     monkeypatch.setattr(lock.fcntl, "flock", refuse)
+
+
+@pytest.mark.usefixtures("no_locks")
+def test_without_locks_only_who_makes_the_file_has_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # As if another had made it, and not yet written its name when ours was opened.
+    (tmp_path / lock.NAME).touch()
+    pauses = []
+
+    def named_meanwhile(seconds: float) -> None:
+        pauses.append(seconds)
+        (tmp_path / lock.NAME).write_text(f"process {os.getpid()} on {socket.gethostname()}")
+
+    monkeypatch.setattr(lock.time, "sleep", named_meanwhile)
+    with pytest.raises(StoreError, match=f"in use by process {os.getpid()} on "):
+        lock.acquire(tmp_path)
+    assert len(pauses) == 1
+
+
+@pytest.mark.parametrize("when", ["before the look", "after the look"])
+@pytest.mark.usefixtures("no_locks")
+def test_without_locks_two_who_find_a_dead_holder_do_not_both_get_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, when: str
+) -> None:
+    file, real = tmp_path / lock.NAME, lock._same_file
+    held = []
+    file.write_text("proc")
+
+    def overtaken(fd: int, path: Path) -> bool:
+        same = real(fd, path) if when == "after the look" else None
+        if not held:  # another, who saw the same, was faster
+            held.append("process 1 on some-other-machine")
+            file.unlink()
+            file.write_text(held[0])
+        return real(fd, path) if same is None else same
+
+    monkeypatch.setattr(lock, "_same_file", overtaken)
+    with pytest.raises(StoreError, match="process 1 on some-other-machine"):
+        lock.acquire(tmp_path)
+    assert file.read_text() == held[0]
+    assert list(tmp_path.iterdir()) == [file]
 
 
 @pytest.mark.usefixtures("no_locks")

@@ -15,8 +15,8 @@ import xarray as xr
 
 import stokesfibers as sf
 from stokesfibers.core.errors import InputError, MissingExtraError, StoreError
-from stokesfibers.io import atomic
-from stokesfibers.study import sweep_workers
+from stokesfibers.io import atomic, lock
+from stokesfibers.study import sweep_dataset, sweep_folder, sweep_workers
 from stokesfibers.study.sweep import changes, collect, sweep
 from stokesfibers.study.sweep_folder import SweepFolder
 from stokesfibers.study.sweep_plan import read_plan
@@ -289,6 +289,110 @@ def test_a_second_sweep_on_the_folder_is_refused(copy):
     assert seen == [True] * len(seen) != []
 
 
+def test_who_asks_whether_a_sweep_runs_does_not_stop_one_that_starts(copy, monkeypatch):
+    asked = lock.acquire(copy)  # as `sweep status` does for a moment
+    pauses = []
+
+    def end(seconds):
+        pauses.append(seconds)
+        lock.release(asked, copy)
+
+    monkeypatch.setattr(sweep_folder.time, "sleep", end)
+    assert _sweep(copy).attrs["done"] == 4
+    assert len(pauses) == 1
+
+
+def test_a_run_that_ends_before_its_time_has_no_averages_and_stops_no_other(tmp_path):
+    stop = [{"observable": "largest_curvature", "below": 2e-3}]
+    tables = _changed(case=CASE | {"stop": stop}, grid={"fluid.mu_bar": [1e3, 1e4]})
+    data = _sweep(tmp_path / "out", tables)
+    assert data["status"].to_numpy().tolist() == ["done", "done"]
+    assert data["time_reached"].to_numpy()[0] < 0.2
+    late = ["shear_stress_smallest", "shear_stress_smallest_time", "shear_stress_mean"]
+    for name in (*late, "largest_curvature_largest"):
+        found = data[name].to_numpy().reshape(2)
+        assert np.isfinite(found).tolist() == [False, True]
+    assert np.isfinite(data["elastic_energy_final"]).all()
+
+
+def test_an_error_of_who_watches_is_raised_and_no_fault_of_the_case(tmp_path):
+    long = _changed(grid={"fluid.mu_bar": [1e3, 1e4]}, set={"stepping.until": 4000.0})
+    out, seen = tmp_path / "out", []
+
+    def watch(found, case):  # noqa: ARG001
+        if found.share > 0.0:
+            seen.append(found)
+            raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine") as caught:
+        _sweep(out, long, watch=watch)
+    assert len(seen) == 1
+    assert "goes on from there" in "".join(caught.value.__notes__)
+    data = xr.open_zarr(out / "sweep.zarr").load()
+    assert data["status"].to_numpy().tolist() == ["interrupted", "waiting"]
+    assert 0.0 < data["time_reached"].to_numpy()[0] < 4000.0
+    assert not SweepFolder(out).active()
+
+
+def test_an_error_at_the_end_of_a_case_stops_the_sweep_too(tmp_path):
+    def watch(found, case):  # noqa: ARG001
+        if case is not None:
+            raise ValueError("mine")
+
+    out = tmp_path / "out"
+    with pytest.raises(ValueError, match="mine"):
+        _sweep(out, _changed(grid={"fluid.mu_bar": [1e3, 1e4]}), watch=watch)
+    held = xr.open_zarr(out / "sweep.zarr")["status"].to_numpy().tolist()
+    assert held == ["done", "waiting"]
+
+
+@pytest.mark.parametrize("change", ["another", "gone"])
+def test_a_file_that_is_put_back_is_used(tmp_path, change):
+    file = tmp_path / "flow.py"
+    file.write_text(FLOW.format(broken="False"))
+    tables = _changed(
+        case=CASE | {"flow": {"kind": "python", "file": str(file)}}, grid={"fluid.mu_bar": [1e3]}
+    )
+    plan, out = read_plan(tables, allow_python=True), tmp_path / "out"
+    file.unlink()
+    if change == "another":
+        file.write_text(FLOW.format(broken="t > 9.0"))
+    data = sweep(plan, out, workers=1, allow_python=True)
+    assert data["status"].item() == "failed"
+    assert "put it back" in data["reason"].item()
+    file.write_text(FLOW.format(broken="False"))
+    assert sweep(plan, out, workers=1, allow_python=True)["status"].item() == "done"
+
+
+def test_a_sweep_goes_on_where_its_files_were_moved(tmp_path):
+    first, second = tmp_path / "one" / "flow.py", tmp_path / "two" / "flow.py"
+    first.parent.mkdir()
+    first.write_text(FLOW.format(broken="False"))
+
+    def tables(file):
+        flow = {"kind": "python", "file": str(file)}
+        return _changed(
+            case=CASE | {"flow": flow},
+            set={"stepping.until": 2000.0},
+            grid={"fluid.mu_bar": [1e3]},
+        )
+
+    def watch(found, case):  # noqa: ARG001
+        if found.share > 0.0:
+            signal.raise_signal(signal.SIGINT)
+
+    out = tmp_path / "out"
+    data = _sweep(out, tables(first), watch=watch, allow_python=True)
+    assert data["status"].item() == "interrupted"
+    reached = data["time_reached"].item()
+    first.parent.rename(second.parent)
+    data = _sweep(out, tables(second), watch=watch, allow_python=True)
+    assert data["status"].item() == "interrupted"
+    assert data["time_reached"].item() > reached > 0.0
+    (start,) = json.loads(sf.open_run(out / data["run"].item()).attrs["resumed"])
+    assert 0.0 < start["from_time"] <= reached
+
+
 def test_folders_of_other_things_are_left_alone(tmp_path):
     (tmp_path / "thesis.txt").write_text("mine")
     with pytest.raises(StoreError, match=r"thesis\.txt"):
@@ -307,6 +411,16 @@ def test_the_dataset_can_be_made_anew_and_a_damaged_run_is_said(copy):
     data = collect(copy)
     assert data.attrs["done"] == 3
     assert "damaged" in "".join(data["reason"].to_numpy().ravel())
+
+
+def test_a_run_that_cannot_be_reduced_is_said(copy, monkeypatch):
+    def empty(run, collect):  # noqa: ARG001
+        raise IndexError("no records")
+
+    monkeypatch.setattr(sweep_dataset, "reduced", empty)
+    data = collect(copy)
+    assert data.attrs["failed"] == 4
+    assert "no records" in str(data["reason"].to_numpy().ravel()[0])
 
 
 def test_a_kill_while_the_dataset_is_replaced_loses_nothing(copy):
@@ -338,3 +452,20 @@ def test_bad_numbers_of_workers_are_refused(tmp_path):
     with pytest.raises(InputError, match="workers"):
         sweep(SWEEP, tmp_path / "out", workers=0)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_result_that_cannot_be_trusted_says_so_in_the_dataset(tmp_path):
+    tables = _changed(
+        grid={"discretization.nodes": [8, 24]},
+        set={"discretization.adapt_nodes": False, "fluid.mu_bar": 1e5, "stepping.until": 3.0},
+    )
+    tables["case"] = {
+        **SWEEP["case"],
+        "initial": {"kind": "nearly_straight", "angle": 2.4, "amplitude": 1.0},
+    }
+    data = _sweep(tmp_path / "out", tables)
+    assert data["status"].to_numpy().tolist() == ["done", "done"]
+    poor, good = data["doubt"].to_numpy().tolist()
+    assert "nodes" in poor
+    assert good == ""
+    assert data.attrs["doubtful"] == 1

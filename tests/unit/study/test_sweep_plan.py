@@ -85,6 +85,45 @@ def test_a_changed_file_of_shapes_changes_the_key(tmp_path):
     assert _plan(case=case).cases[0].key != before
 
 
+def test_how_a_number_is_written_does_not_change_the_key():
+    case = deepcopy(CASE) | {"fluid": {"mu_bar": 1000}}
+    plan = _plan(case=case, grid={"fiber.slenderness": [1e-2]})
+    assert plan.cases[0].key == _plan().cases[0].key
+    keys = [_plan(grid={"fiber.count": [n]}, set=_placed()).cases[0].key for n in (1, 2)]
+    assert keys[0] != keys[1]
+
+
+def _placed(seed=2**60):
+    return {"initial": FREE_SUSPENSION | {"seed": seed}}
+
+
+def test_seeds_beyond_the_digits_of_a_float_are_different_cases():
+    keys = {_plan(set=_placed(seed)).cases[0].key for seed in (2**60, 2**60 + 1)}
+    assert len(keys) == 2
+
+
+def test_where_files_lie_does_not_change_the_key(tmp_path):
+    points = np.zeros((21, 3))
+    points[:, 0] = np.linspace(0.0, 1.0, 21)
+    keys: dict[str, list[str]] = {"plain": [], "looks": []}
+    for place in ("one", "two"):
+        (tmp_path / place).mkdir()
+        np.save(tmp_path / place / "points.npy", points)
+        text = "def velocity(x, t):\n    return 0.0 * x\n"
+        for name, line in (("plain", ""), ("looks", "PLACE = __file__\n")):
+            file = tmp_path / place / f"{name}.py"
+            file.write_text(line + text)
+            case = deepcopy(CASE) | {
+                "initial": {"kind": "file", "path": str(tmp_path / place / "points.npy")},
+                "flow": {"kind": "python", "file": str(file)},
+            }
+            plan = read_plan(SWEEP | {"case": case}, allow_python=True)
+            keys[name].append(plan.cases[0].key)
+    assert keys["plain"][0] == keys["plain"][1]
+    assert keys["looks"][0] != keys["looks"][1]
+    assert keys["plain"][0] != keys["looks"][0]
+
+
 def test_a_plan_survives_json():
     plan = _plan(zip=[{"flow.rate": [1.0, 2.0], "fiber.slenderness": [1e-3, 1e-2]}])
     assert Plan.from_table(json.loads(json.dumps(plan.to_table()))) == plan
@@ -128,6 +167,11 @@ def test_paths_in_a_file_start_from_it(tmp_path):
         ({"zip": [{"fluid.mu_bar": [1e3]}]}, "fluid.mu_bar", "on two axes"),
         ({"zip": [{"name": "mu_bar", "flow.rate": [1.0]}]}, "sweep", "'mu_bar'"),
         ({"zip": [{"name": "time", "flow.rate": [1.0]}]}, "sweep", "'time'"),
+        *(
+            ({"zip": [{"name": name, "flow.rate": [1.0]}]}, "sweep", f"'{name}'")
+            for name in ("status", "reason", "run", "time_reached", "wall_time")
+        ),
+        ({"zip": [{"name": "elastic_energy_final", "flow.rate": [1.0]}]}, "sweep", "'elastic_ene"),
         ({"cases": []}, "cases", "[[cases]]"),
         ({"cases": [{"name": "a"}, {"name": "a"}]}, "cases", "'a' twice"),
         ({"seeds": 2}, "initial.seed", "'seed', in the case mu_bar=1000,seed=0"),

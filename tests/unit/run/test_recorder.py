@@ -1,0 +1,31 @@
+"""Commits cost more than steps of a small run: they come at most twice a second."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import stokesfibers as sf
+from stokesfibers.io.store import RunStore
+
+
+@pytest.mark.parametrize(("seconds", "commits"), [(1e9, 2), (0.0, 10)])
+def test_commits_keep_their_distance_and_records_do_not_depend_on_it(
+    seconds, commits, monkeypatch, tmp_path
+):
+    monkeypatch.setattr("stokesfibers.run.recorder.LEAST_COMMIT_SECONDS", seconds)
+    made, real = [], RunStore.commit
+    monkeypatch.setattr(
+        RunStore, "commit", lambda self, *args: (made.append(1), real(self, *args))[1]
+    )
+    fiber = sf.Fiber(slenderness=1e-2)
+    engine = sf.SpectralEngine(dt=0.01, order=2, nodes=8)
+    problem = sf.Problem(fiber, mu_bar=1e3, flow=sf.Shear(1.0), engine=engine)
+    bent = sf.shapes.nearly_straight(fiber, angle=2.0, amplitude=1e-2)
+    options = {"until": 1.0, "record": sf.every(0.1)}
+    result = sf.simulate(problem, bent, out=tmp_path / "run.zarr", **options)
+    assert result.status.code == "done"
+    assert len(made) <= commits if seconds else len(made) >= commits
+    kept = sf.open_run(tmp_path / "run.zarr")["trajectory"]["position"].to_numpy()
+    expected = sf.simulate(problem, bent, **options).data["trajectory"]["position"].to_numpy()
+    assert np.array_equal(kept, expected)
