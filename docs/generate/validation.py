@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from stokesfibers.study.validation import tables
-from stokesfibers.study.validation.registry import ENTRIES
 from stokesfibers.study.validation.record import GROUPS
+from stokesfibers.study.validation.registry import ENTRIES
 
 ROOT = Path(__file__).resolve().parents[2]
 KEPT = ROOT / "docs" / "generated" / "validation.json"
