@@ -90,6 +90,7 @@ def run_sweep(
     """
     from stokesfibers.study.sweep import changes, sweep
     from stokesfibers.study.sweep_plan import read_plan
+    from stokesfibers.study.sweep_workers import has_dask
 
     plan = read_plan(file, settings, allow_python=allow_python)
     folder = Path(file.stem) if out is None else out
@@ -98,6 +99,8 @@ def run_sweep(
     if dry_run:
         say_plan(plan)
         return DONE
+    if workers is None and scheduler is None and not has_dask() and not quiet:
+        click.echo("One process; for one per core: pip install 'stokesfibers[sweep]'.")
     with bar(len(plan.cases), quiet=quiet) as watch:
         data = sweep(
             plan,

@@ -10,6 +10,7 @@ import queue
 import signal
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from importlib.util import find_spec
 from typing import Any
 
 from stokesfibers.core import checks
@@ -28,9 +29,27 @@ Outcome = tuple[Job, State]
 
 
 def workers_of(workers: int | None, cases: int) -> int:
-    """Return how many processes to use: as many as asked for, or cores, but not above `cases`."""
+    """Return how many processes to use: as many as asked for, or cores, but not above `cases`.
+
+    One, if none are asked for and Dask is not installed.
+
+    Raises
+    ------
+    MissingExtraError
+        If several are asked for and it is not.
+    """
     asked = cores() if workers is None else checks.whole("workers", workers, 1)
-    return max(1, min(asked, cases))
+    count = max(1, min(asked, cases))
+    if count > 1 and not has_dask():
+        if workers is not None:
+            raise MissingExtraError("distributed", "sweep", "A sweep on several processes")
+        return 1
+    return count
+
+
+def has_dask() -> bool:
+    """Return whether several processes can be used."""
+    return find_spec("distributed") is not None
 
 
 def outcomes(

@@ -22,6 +22,7 @@ from stokesfibers.study.sweep_folder import SweepFolder
 from stokesfibers.study.sweep_plan import read_plan
 from stokesfibers.study.sweep_tally import tally
 from stokesfibers.study.sweep_values import toml_text
+from stokesfibers.study.sweep_workers import workers_of
 from support import assert_same
 
 CASE = {
@@ -433,19 +434,12 @@ def test_a_kill_while_the_dataset_is_replaced_loses_nothing(copy):
 
 
 def test_without_dask_one_worker_works_and_more_say_what_to_install(tmp_path, monkeypatch):
-    import builtins
-
-    real = builtins.__import__
-
-    def without(name, *rest, **named):
-        if name.split(".")[0] in ("dask", "distributed"):
-            raise ImportError(name)
-        return real(name, *rest, **named)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setattr("stokesfibers.study.sweep_workers.find_spec", lambda _: None)
     with pytest.raises(MissingExtraError, match=r"pip install 'stokesfibers\[sweep\]'"):
         sweep(SWEEP, tmp_path / "out", workers=2)
-    assert not SweepFolder(tmp_path / "out").active()
+    assert not (tmp_path / "out").exists()
+    assert workers_of(None, 4) == 1
+    assert workers_of(1, 4) == 1
 
 
 def test_bad_numbers_of_workers_are_refused(tmp_path):
