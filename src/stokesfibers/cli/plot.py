@@ -80,6 +80,7 @@ def _kinds() -> dict[str, Callable[..., Any]]:
 def _drawing(data: xr.DataTree, kind: str) -> Callable[..., Any]:
     """Return the function that draws the kind, or the observable of that name."""
     from stokesfibers.core.errors import InputError
+    from stokesfibers.core.tables import did_you_mean
     from stokesfibers.plot import select, series
 
     kinds = _kinds()
@@ -88,7 +89,8 @@ def _drawing(data: xr.DataTree, kind: str) -> Callable[..., Any]:
     if select.has(data, "observables", kind):
         return partial(series, name=kind)
     names = f"one of {', '.join(kinds)}, or the name of an observable of the run"
-    raise InputError("KIND", names, repr(kind), "'stokesfibers show RUN' and docs list them.")
+    known = (*kinds, *data["observables"].to_dataset().data_vars)
+    raise InputError("KIND", names, repr(kind), did_you_mean(kind, map(str, known)))
 
 
 def _fitting(kind: str, draw: Callable[..., Any], options: dict[str, Any]) -> dict[str, Any]:

@@ -79,12 +79,14 @@ def reproduce(
 
 def _chosen(names: tuple[str, ...], experiments: dict[str, Experiment]) -> list[Experiment]:
     from stokesfibers.core.errors import InputError
+    from stokesfibers.core.tables import did_you_mean
 
     if names == ("all",):
         return list(experiments.values())
     for name in names:
         if name not in experiments:
-            raise InputError("NAME", f"one of {', '.join(experiments)}, all or list", repr(name))
+            known = f"one of {', '.join(experiments)}, all or list"
+            raise InputError("NAME", known, repr(name), did_you_mean(name, experiments))
     return [experiments[name] for name in names]
 
 

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from stokesfibers.core.errors import InputError
+from stokesfibers.core.tables import did_you_mean
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _FOLDERS = (_PACKAGE / "cases", _PACKAGE.parents[1] / "cases")
@@ -47,7 +48,9 @@ def copied(name: str, out: Path | None = None) -> list[Path]:
     """
     cases = shipped_cases()
     if name not in cases:
-        raise InputError("NAME", f"one of {', '.join(cases)}", repr(name))
+        raise InputError(
+            "NAME", f"one of {', '.join(cases)}", repr(name), did_you_mean(name, cases)
+        )
     source = cases[name]
     is_sweep = name.startswith("sweeps/")
     target = out or Path(f"{source.stem}_sweep.toml" if is_sweep else source.name)

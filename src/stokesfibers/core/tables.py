@@ -24,15 +24,20 @@ def as_table(value: object, where: str) -> Table:
     return dict(value)
 
 
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return the hint at the word that was meant; empty if none is near."""
+    close = difflib.get_close_matches(word, list(known), n=1)
+    return f"Did you mean '{close[0]}'?" if close else ""
+
+
 def refuse_unknown(table: Mapping[str, Any], known: Iterable[str], where: str) -> None:
     """Raise InputError for the first key of `table` that is not in `known`."""
     known = list(known)
     for key in table:
         if key not in known:
-            close = difflib.get_close_matches(str(key), known, n=1)
             path = f"{where}.{key}" if where else str(key)
-            hint = f"Did you mean '{close[0]}'?" if close else ""
-            raise InputError(path, f"one of {', '.join(sorted(known))}", f"'{key}'", hint)
+            expected = f"one of {', '.join(sorted(known))}"
+            raise InputError(path, expected, f"'{key}'", did_you_mean(str(key), known))
 
 
 def build(cls: type[Record], table: Mapping[str, Any], where: str) -> Record:
@@ -62,9 +67,8 @@ def choose(kinds: Mapping[str, type[Record]], table: Mapping[str, Any], where: s
     rest = dict(table)
     kind = rest.pop("kind", None)
     if not isinstance(kind, str) or kind not in kinds:
-        close = difflib.get_close_matches(str(kind), kinds, n=1)
-        hint = f"Did you mean '{close[0]}'?" if close else ""
         got = "nothing" if kind is None else repr(kind)
+        hint = did_you_mean(str(kind), kinds)
         raise InputError(f"{where}.kind", f"one of {', '.join(kinds)}", got, hint)
     return build(kinds[kind], rest, where)
 

@@ -39,6 +39,7 @@ def test_nothing_is_overwritten_and_bad_names_are_told(tmp_path: Path):
     assert out.read_text() == "mine"
     unknown = invoke("bukling")
     assert unknown.exit_code == 2
+    assert "Did you mean 'buckling'?" in unknown.output
     assert "buckling" in unknown.output
     assert invoke("buckling", "--out", tmp_path / "none" / "x.toml").exit_code == 2
 
