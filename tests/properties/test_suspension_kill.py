@@ -64,7 +64,10 @@ KILLER = """
 import os, random, shutil, signal, sys, time
 from pathlib import Path
 from stokesfibers.config.case import load_case
+from stokesfibers.run import recorder
 from stokesfibers.run.simulate import resume, simulate
+
+recorder.LEAST_COMMIT_SECONDS = 0.0  # as for a run that takes longer than that between records
 
 def start(case, out, watch=None):
     return simulate(case.problem, case.curves(), until=case.until, record=case.record, out=out,
