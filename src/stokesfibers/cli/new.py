@@ -28,7 +28,7 @@ def new(*, name: str | None, out: Path | None) -> None:
     written = copied(name, out)
     click.echo("\n".join(map(str, written)))
     stem = written[0].stem
-    todo = f"sweep {written[0]} --out {stem}"
+    command = f"sweep {written[0]} --out {stem}"
     if not name.startswith("sweeps/"):
-        todo = f"run {written[0]} --out {stem}.zarr"
-    click.echo(f"Next: stokesfibers {todo}", err=True)
+        command = f"run {written[0]} --out {stem}.zarr"
+    click.echo(f"Next: stokesfibers {command}", err=True)

@@ -13,8 +13,6 @@ from stokesfibers.experiments.engine_runs import UNIT_SIZE
 
 GOALS = {1e-3: 30.0, 1e-5: 100.0, 1e-7: 1200.0}
 """Cost, in units, within which an error is to be reached at mu_bar = 4e5."""
-PAPER_LEAST = 9600
-"""Steps, each with one solve of the unit's size, of the paper's scheme at N = 200."""
 _HONEST = 10.0
 _PRINTED_HALF = 579.3 / 2.0
 _ORDERS = {"shape": "shape", "tension": "tension", "energy": "elastic energy"}

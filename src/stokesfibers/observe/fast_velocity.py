@@ -17,7 +17,7 @@ from stokesfibers.numerics.chebyshev import ChebyshevGrid
 from stokesfibers.numerics.legendre import gauss_legendre
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.problem.problem import Problem
-from stokesfibers.slender.spectral import SpectralFiber
+from stokesfibers.slender.spectral import SpectralFiber, by_kind
 from stokesfibers.slender.spectral_ewald import EwaldInteraction
 from stokesfibers.summation import FastImages
 
@@ -37,12 +37,7 @@ def fast_disturbance(
     """
     assert isinstance(problem.image_sum, FastImages)
     count = _modes(snapshot)
-    kinds = {
-        kind: SpectralFiber.build(
-            kind.length, kind.eps, rigidity=kind.rigidity, nodes=count, mobility=problem.mobility
-        )
-        for kind in problem.fibers
-    }
+    kinds = by_kind(problem.fibers, count, problem.mobility)
     fibers = tuple(kinds[kind] for kind in problem.fibers)
     modes, force = [], []
     for k, fiber in enumerate(fibers):

@@ -20,7 +20,7 @@ from stokesfibers.load import LoadedState, NoLoad
 from stokesfibers.observe.balance import Balance, Motion
 from stokesfibers.problem.engine import PaperEngine
 from stokesfibers.problem.problem import Problem
-from stokesfibers.slender.spectral import SpectralFiber
+from stokesfibers.slender.spectral import SpectralFiber, by_kind
 from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
 from stokesfibers.slender.spectral_suspension import SpectralInteraction
 from stokesfibers.stepping.base import AbstractStepper
@@ -88,16 +88,7 @@ class _SpectralMotion:
         self, nodes: int
     ) -> tuple[tuple[SpectralFiber, ...], AbstractSpectralInteraction, Workers]:
         problem = self._problem
-        kinds = {
-            kind: SpectralFiber.build(
-                kind.length,
-                kind.eps,
-                rigidity=kind.rigidity,
-                nodes=nodes,
-                mobility=problem.mobility,
-            )
-            for kind in problem.fibers
-        }
+        kinds = by_kind(problem.fibers, nodes, problem.mobility)
         fibers = tuple(kinds[kind] for kind in problem.fibers)
         return fibers, _interaction(problem, fibers), Workers(self._threads)
 

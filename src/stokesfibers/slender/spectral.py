@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from stokesfibers.core import checks
 from stokesfibers.core.arrays import Array, Points, as_float
 from stokesfibers.core.errors import InputError
+from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.kernels import spectral as kernels
 from stokesfibers.numerics.legendre import (
     LEAST_NODES,
@@ -247,6 +248,18 @@ class SpectralFiber:
 
     def _positions_at(self, s: Array, order: int) -> Array:
         return self.basis.positions(np.asarray(s, dtype=float) / self.length, order)
+
+
+def by_kind(
+    fibers: tuple[Fiber, ...], nodes: int, mobility: AbstractMobility
+) -> dict[Fiber, SpectralFiber]:
+    """Return the discretised fiber of each kind there is among `fibers`."""
+    return {
+        kind: SpectralFiber.build(
+            kind.length, kind.eps, rigidity=kind.rigidity, nodes=nodes, mobility=mobility
+        )
+        for kind in dict.fromkeys(fibers)
+    }
 
 
 def mobility_weights(mobility: AbstractMobility, nodes: int, eps: float) -> ShapeFreeWeights:

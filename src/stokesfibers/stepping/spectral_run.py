@@ -20,7 +20,7 @@ from stokesfibers.numerics.step_control import AbstractStepControl, AdaptiveStep
 from stokesfibers.problem.engine import SpectralEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.sampled import View
-from stokesfibers.slender.spectral import Resolution, SpectralFiber
+from stokesfibers.slender.spectral import Resolution, SpectralFiber, by_kind
 from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
 from stokesfibers.slender.spectral_suspension import SpectralInteraction
 from stokesfibers.stepping.base import AbstractStepper, StepError
@@ -160,16 +160,7 @@ class SpectralRunStepper(AbstractStepper[Carry]):
 
     def _discretised(self, nodes: int) -> _Discretised:
         problem, engine = self.problem, self._engine
-        kinds = {
-            kind: SpectralFiber.build(
-                kind.length,
-                kind.eps,
-                rigidity=kind.rigidity,
-                nodes=nodes,
-                mobility=problem.mobility,
-            )
-            for kind in problem.fibers
-        }
+        kinds = by_kind(problem.fibers, nodes, problem.mobility)
         shown = {kind: ShownFiber.of(fiber) for kind, fiber in kinds.items()}
         fibers = tuple(kinds[kind] for kind in problem.fibers)
         control = _control(engine)

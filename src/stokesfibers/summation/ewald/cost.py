@@ -143,10 +143,3 @@ def check_cutoff(cloud: Cloud, rc: float) -> None:
     most = 0.5 * float(cloud.lattice.periods[periodic].min()) if periodic.any() else np.inf
     if rc > most * (1.0 + 1e-12):
         raise InputError("rc", f"a cut-off up to {most:g}, half the least period", rc)
-
-
-def cube_side(cloud: Cloud) -> Array:
-    """Return the side of a cube as large as the cell or the cloud."""
-    low, high = cloud.bounds
-    periods = np.where(cloud.lattice.periodic, cloud.lattice.periods, high - low)
-    return np.maximum(periods, 0.0).prod() ** (1.0 / 3.0)
