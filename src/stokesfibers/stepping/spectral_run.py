@@ -10,19 +10,23 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stokesfibers.core.arrays import Array, Positions
+from stokesfibers.core.arrays import Array
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.team import ALONE, AbstractTeam
 from stokesfibers.fiber.curves import Curve
 from stokesfibers.fiber.parameters import Fiber
-from stokesfibers.load import LoadedState, NoLoad
+from stokesfibers.load import NoLoad
 from stokesfibers.numerics.step_control import AbstractStepControl, AdaptiveSteps, FixedSteps
+from stokesfibers.problem.discretised import (
+    load_density,
+    spectral_fibers,
+    spectral_interaction,
+)
 from stokesfibers.problem.engine import SpectralEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.sampled import View
-from stokesfibers.slender.spectral import Resolution, SpectralFiber, by_kind
+from stokesfibers.slender.spectral import Resolution, SpectralFiber
 from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
-from stokesfibers.slender.spectral_suspension import SpectralInteraction
 from stokesfibers.stepping.base import AbstractStepper, StepError
 from stokesfibers.stepping.report import StepReport
 from stokesfibers.stepping.spectral import Load, SpectralStepper
@@ -160,9 +164,9 @@ class SpectralRunStepper(AbstractStepper[Carry]):
 
     def _discretised(self, nodes: int) -> _Discretised:
         problem, engine = self.problem, self._engine
-        kinds = by_kind(problem.fibers, nodes, problem.mobility)
+        fibers = spectral_fibers(problem, nodes)
+        kinds = dict(zip(problem.fibers, fibers, strict=True))
         shown = {kind: ShownFiber.of(fiber) for kind, fiber in kinds.items()}
-        fibers = tuple(kinds[kind] for kind in problem.fibers)
         control = _control(engine)
         stepper = SpectralStepper(
             fibers,
@@ -220,13 +224,7 @@ def _load(problem: Problem, fibers: tuple[SpectralFiber, ...]) -> Load | None:
     if isinstance(problem.load, NoLoad):
         return None
     weights = np.stack([fiber.quadrature for fiber in fibers])
-    radii = np.array([fiber.eps * fiber.length for fiber in fibers])
-
-    def density(points: Positions, t: float) -> Positions:
-        domain = problem.domain_at(t)
-        return problem.load.density(LoadedState(points, weights, radii, domain, t))
-
-    return density
+    return lambda points, t: load_density(problem, points, weights, t)
 
 
 def _interaction(
@@ -235,20 +233,7 @@ def _interaction(
     adaptive = isinstance(control, AdaptiveSteps)
     wanted = _QUADRATURE_SHARE * control.step_tolerance if adaptive else _FIXED_QUADRATURE
     wanted = min(1e-2, max(1e-12, wanted))
-    if isinstance(problem.image_sum, FastImages):
-        from stokesfibers.slender.spectral_ewald import EwaldInteraction  # slow to import
-
-        return EwaldInteraction.build(
-            fibers,
-            problem.domain_at,
-            close_approach=problem.close_approach,
-            tolerance=problem.image_sum.tolerance or wanted,
-            chosen=problem.image_sum,
-        )
-    return SpectralInteraction.build(
-        fibers,
-        problem.domain,
-        image_sum=problem.image_sum,
-        close_approach=problem.close_approach,
-        tolerance=wanted,
-    )
+    images = problem.image_sum
+    if isinstance(images, FastImages):
+        return spectral_interaction(problem, fibers, images.tolerance or wanted, images)
+    return spectral_interaction(problem, fibers, wanted)
