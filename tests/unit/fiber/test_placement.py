@@ -58,6 +58,25 @@ def test_placed_fibers_keep_the_gap_images_included(periods):
     assert min(gaps) < 0.15  # dense enough that the gap matters
 
 
+def test_fibers_longer_than_a_period_keep_the_gap_to_images_beyond_the_next():
+    periods = np.array([0.4, 1.5, 3.0])
+    shifts = np.array(list(product(range(-4, 5), (-1, 0, 1), (-1, 0, 1)))) * periods
+    own = np.any(shifts != 0.0, axis=1)
+    for seed in range(4, 10):
+        middles, units = place_randomly(
+            (Fiber(slenderness=0.005),) * 2,
+            Box(np.zeros(3), periods, periods),
+            orientation=Isotropic(),
+            least_gap=0.03,
+            seed=seed,
+        )
+        for k, m in ((0, 0), (1, 0), (1, 1)):
+            starts = middles[m] - 0.5 * units[m] + (shifts[own] if k == m else shifts)
+            alongs = np.tile(units[m], (len(starts), 1))
+            gaps = segment_distances(middles[k] - 0.5 * units[k], units[k], starts, alongs) - 0.01
+            assert gaps.min() >= 0.03
+
+
 def test_placement_repeats_with_its_seed_and_changes_with_it():
     kinds = (Fiber(slenderness=0.01),) * 5
     box = Box(np.zeros(3), np.full(3, 3.0), np.zeros(3))
