@@ -110,3 +110,34 @@ def test_power_balances_while_a_fiber_bends(engine, share, weight):
     assert (abs(balance.load_power) > 0.01 * size) == (weight > 0.0)
     assert abs(balance.residual) < share * size
     assert balance.defect < 10.0 * share * balance.pace
+
+
+@pytest.mark.parametrize("kind", ["spectral", "paper"])
+def test_balances_do_not_depend_on_units(kind):
+    """The same run of a longer, stiffer fiber in a slower flow, powers in units of E rate / L."""
+
+    def weighed(length, rigidity, rate):
+        if kind == "spectral":
+            engine = sf.SpectralEngine(nodes=24, dt=0.02 / rate, order=2)
+        else:
+            engine = sf.PaperEngine(intervals=40, dt=0.01 / rate, beta=20.0 * rate)
+        weight = 100.0 * rigidity / length**3
+        problem = sf.Problem(
+            sf.Fiber(slenderness=1e-2, length=length, rigidity=rigidity),
+            mu_bar=2e4 / rate,  # 8 pi mu L^4 / E, a time
+            flow=sf.Shear(rate),
+            engine=engine,
+            load=Gravity((0.0, -weight, 0.0)),
+        )
+        stepper, carry = _after(problem, length * free_end_curve().nodes(60).T[None], 8)
+        found, moment = balance_of(stepper, 1)(carry), snapshot(stepper, carry)
+        power = rigidity / length * rate
+        parts = found.elastic_rate, found.dissipation, found.flow_power, found.load_power
+        numbers = [part / power for part in parts] + [found.pace / rate]
+        if kind == "paper":  # with the other these are small
+            numbers += [found.defect / rate, force_error(moment)[0], torque_error(moment)[0]]
+        return np.array(numbers)
+
+    one, other = weighed(1.0, 1.0, 1.0), weighed(2.0, 3.0, 0.5)
+    assert np.abs(one).min() > 1e-6
+    assert_close(other / one, np.ones(one.shape), rtol=1e-5)
