@@ -8,7 +8,14 @@ import pytest
 import stokesfibers as sf
 from stokesfibers.domain import Free
 from stokesfibers.load import Gravity
-from stokesfibers.observe.balance import elastic_force, force_error, torque_error
+from stokesfibers.numerics.chebyshev import ChebyshevGrid
+from stokesfibers.observe.balance import (
+    Motion,
+    _derivative,
+    elastic_force,
+    force_error,
+    torque_error,
+)
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.run.health_motion import balance_of
 from stokesfibers.run.moment import snapshot
@@ -51,6 +58,50 @@ def test_free_ends_balance_up_to_the_grid_error():
         coarse, fine = (float(error(moment)[0]) for moment in moments)
         assert 1e-7 < fine < 5e-3
         assert coarse > 1.7 * fine
+
+
+def test_the_elastic_force_is_that_of_the_curve():
+    """f_e = E x_ssss - T_s x_s - T x_ss with E = 2, away from the ends to the grid's error."""
+    curve, tension = free_end_curve(), np.polynomial.Polynomial([0.0, 110.0, -190.0, 80.0])
+    moment = _on_grid(curve, tension, 400)
+    inner = slice(20, -20)
+    s = moment.fibers[0].grid.nodes[inner]
+    bending, pull = 2.0 * curve(s, 4), tension(s) * curve(s, 2) + tension.deriv()(s) * curve(s, 1)
+    assert 0.3 < np.abs(pull).max() / np.abs(bending).max() < 3.0
+    assert_close(elastic_force(moment)[0][:, inner], bending - pull, rtol=2e-3)
+
+
+def test_slopes_on_the_points_that_the_spectral_engine_shows():
+    grid = ChebyshevGrid(2.0, 8)
+    cubic = np.polynomial.Polynomial([1.0, -2.0, 0.7, 3.0])
+    assert_close(_derivative(grid) @ cubic(grid.nodes), cubic.deriv()(grid.nodes), rtol=1e-12)
+
+
+def test_torque_is_about_the_centre():
+    """With a net force it would depend on the origin otherwise."""
+    curve, tension = free_end_curve(), np.polynomial.Polynomial([0.0, 30.0])
+    here = _on_grid(curve, tension, 100)
+    moved = _on_grid(lambda s: curve(s) + np.array([[5.0], [-3.0], [2.0]]), tension, 100)
+    assert float(force_error(here)[0]) > 1e-2
+    assert_close(torque_error(moved), torque_error(here), rtol=1e-8)
+
+
+def test_parts_of_a_balance():
+    """By hand: two fibers of lengths 1 and 2 with constant forces that move along x and y."""
+    weights = np.array([[0.25, 0.5, 0.25], [0.5, 1.0, 0.5]])
+    one = np.ones((2, 3, 3))
+    motion = Motion(0.5, 5.0 * one, 2.0 * one, 0.75 * one, 0.5 * one, weights)
+    turning = np.zeros((2, 3, 3))
+    turning[0, 1] = [-1.0, 0.0, 1.0]  # mean square 1/2 along the fiber
+    balance = motion.balance(0.5 * one + turning, 7.0)
+    length = 3.0
+    assert balance.dissipation == pytest.approx(3.0 * (5.0 - 2.0) * (0.75 - 0.5) * length)
+    assert balance.flow_power == pytest.approx(3.0 * (5.0 - 2.0) * 0.75 * length)
+    assert balance.load_power == pytest.approx(3.0 * 2.0 * 0.5 * length)
+    expected = 7.0 + balance.dissipation - balance.flow_power - balance.load_power
+    assert balance.residual == pytest.approx(expected)
+    assert balance.defect == pytest.approx(np.sqrt(0.5))
+    assert balance.pace == pytest.approx(np.sqrt(0.5)), "without the mean"
 
 
 def test_an_end_under_tension_is_seen():
