@@ -37,9 +37,10 @@ def _after(problem, curve, steps):
     return stepper, carry
 
 
-def _bent(engine, **changes):
+def _bent(engine, count=1, **changes):
     arguments = {"mu_bar": 2e4, "flow": sf.Shear(1.0), "engine": engine} | changes
-    return sf.Problem(sf.Fiber(slenderness=1e-2), **arguments), free_end_curve().nodes(60).T[None]
+    fiber = sf.Fiber(slenderness=1e-2, count=count)
+    return sf.Problem(fiber, **arguments), free_end_curve().nodes(60).T[None]
 
 
 def _on_grid(curve, tension, intervals):
@@ -192,3 +193,21 @@ def test_balances_do_not_depend_on_units(kind):
     one, other = weighed(1.0, 1.0, 1.0), weighed(2.0, 3.0, 0.5)
     assert np.abs(one).min() > 1e-6
     assert_close(other / one, np.ones(one.shape), rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("engine", "share"),
+    [
+        (sf.SpectralEngine(nodes=24, dt=5e-3, order=3), 1e-5),
+        (sf.PaperEngine(intervals=50, dt=2e-3, beta=20.0), 1e-2),
+    ],
+    ids=["spectral", "paper"],
+)
+def test_power_balances_between_two_fibers(engine, share):
+    problem, one = _bent(engine, count=2)
+    both = np.concatenate([one, one + np.array([0.05, 0.1, 0.12])])
+    stepper, carry = _after(problem, both, 16)
+    balance = balance_of(stepper, 1)(carry)
+    size = abs(balance.flow_power) + abs(balance.dissipation)
+    assert abs(balance.residual) < share * size
+    assert balance.defect < share * balance.pace
