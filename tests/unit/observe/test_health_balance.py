@@ -196,18 +196,18 @@ def test_balances_do_not_depend_on_units(kind):
 
 
 @pytest.mark.parametrize(
-    ("engine", "share"),
+    ("engine", "share", "off"),
     [
-        (sf.SpectralEngine(nodes=24, dt=5e-3, order=3), 1e-5),
-        (sf.PaperEngine(intervals=50, dt=2e-3, beta=20.0), 1e-2),
+        (sf.SpectralEngine(nodes=24, dt=5e-3, order=3), 1e-5, 1e-5),
+        (sf.PaperEngine(intervals=50, dt=2e-3, beta=20.0), 1e-2, 1e-3),
     ],
     ids=["spectral", "paper"],
 )
-def test_power_balances_between_two_fibers(engine, share):
+def test_power_balances_between_two_fibers(engine, share, off):
     problem, one = _bent(engine, count=2)
     both = np.concatenate([one, one + np.array([0.05, 0.1, 0.12])])
     stepper, carry = _after(problem, both, 16)
     balance = balance_of(stepper, 1)(carry)
     size = abs(balance.flow_power) + abs(balance.dissipation)
     assert abs(balance.residual) < share * size
-    assert balance.defect < share * balance.pace
+    assert balance.defect < off * balance.pace
