@@ -135,6 +135,17 @@ def test_shifts_bring_the_first_of_a_pair_to_the_second(domain):
     assert np.linalg.norm(plain + pairs.shift, axis=1).max() < 0.4
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-10, 1e10])
+@pytest.mark.parametrize("kind", [Periodic, Sheared])
+def test_a_fiber_is_no_stranger_to_itself_but_to_its_images_in_any_unit(kind, unit):
+    cell = kind((1.2 * unit, 3.0 * unit, 3.0 * unit))
+    fiber = unit * np.stack([S + 5.0, 0 * S - 7.0, 0 * S], axis=-1)[None]
+    pairs = within(fiber, 0.28 * unit, cell)
+    # its ends are 0.2 apart through the period, and nodes are 0.05 apart
+    found = set(zip(pairs.first.tolist(), pairs.second.tolist(), strict=True))
+    assert found == {(0, 20), (0, 19), (1, 20)}
+
+
 def test_pairs_within_a_radius_longer_than_a_period_are_all_found():
     """Two rows of images up, a cell long in x is displaced by almost a period."""
     cell = Sheared((3.0, 0.3, 1.0), 4.6)
