@@ -318,7 +318,7 @@ def test_interpolation_follows_the_steps_without_changing_them():
     s = np.linspace(0.0, 1.0, 11)
     found = fiber.position(stepper.interpolate(carry, t).modes[0], s)
     expected = fiber.position(fine.interpolate(exact, t).modes[0], s)
-    assert_close(found, expected, atol=1e-6)
+    assert_close(found, expected, atol=5e-8)
     with pytest.raises(InputError, match="t: expected a time from"):
         stepper.interpolate(carry, carry.time + 0.1)
 

@@ -58,6 +58,33 @@ def test_placed_fibers_keep_the_gap_images_included(periods):
     assert min(gaps) < 0.15  # dense enough that the gap matters
 
 
+@pytest.mark.parametrize(("gap", "fits"), [(0.05, True), (0.16, False)])
+def test_radii_of_both_fibers_are_kept_apart(gap, fits):
+    """Side by side, at most 0.3 apart, with radii 0.1 and 0.05; the first is near the border."""
+    kinds = (Fiber(slenderness=0.1), Fiber(length=0.5, slenderness=0.1))
+    box = Box(np.zeros(3), np.array([1e-3, 0.3, 1e-3]), np.zeros(3))
+    options = {"orientation": Aligned(), "least_gap": gap, "seed": 25}
+    if fits:
+        middles, _ = place_randomly(kinds, box, **options)
+        assert 0.2 <= abs(middles[1, 1] - middles[0, 1]) < 0.3
+    else:
+        with pytest.raises(InputError, match="room for 1"):
+            place_randomly(kinds, box, **options)
+
+
+@pytest.mark.parametrize(("gap", "fits"), [(0.03, True), (0.05, False)])
+def test_a_fiber_keeps_the_gap_to_its_own_image(gap, fits):
+    """End to end 0.05 apart, with a radius of 0.005 as a cylinder with round ends."""
+    periods = np.array([1.05, 3.0, 3.0])
+    fibers, box = (Fiber(slenderness=0.005),), Box(np.zeros(3), periods, periods)
+    options = {"orientation": Aligned(), "least_gap": gap, "seed": 1}
+    if fits:
+        assert len(place_randomly(fibers, box, **options)[0]) == 1
+    else:
+        with pytest.raises(InputError, match="room for 0"):
+            place_randomly(fibers, box, **options)
+
+
 def test_fibers_longer_than_a_period_keep_the_gap_to_images_beyond_the_next():
     periods = np.array([0.4, 1.5, 3.0])
     shifts = np.array(list(product(range(-4, 5), (-1, 0, 1), (-1, 0, 1)))) * periods
