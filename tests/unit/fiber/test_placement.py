@@ -58,6 +58,26 @@ def test_placed_fibers_keep_the_gap_images_included(periods):
     assert min(gaps) < 0.15  # dense enough that the gap matters
 
 
+def test_fibers_that_are_short_beside_the_cell_keep_the_gap():
+    """Needles in a plane: neighbours are looked for in cells about as wide as a fiber is long."""
+    periods = np.array([2.0, 1.6, 0.0])
+    middles, units = place_randomly(
+        (Fiber(length=0.3, slenderness=0.01),) * 50,
+        Box(np.zeros(3), np.array([2.0, 1.6, 1e-9]), periods),
+        orientation=InPlane(),
+        least_gap=0.02,
+        seed=0,
+    )
+    starts, alongs = middles - 0.15 * units, 0.3 * units
+    shifts = np.array(list(product((-1, 0, 1), (-1, 0, 1), (0,)))) * periods
+    gaps = [
+        segment_distances(starts[k] + shift, alongs[k], starts[:k], alongs[:k]).min() - 0.006
+        for k in range(1, 50)
+        for shift in shifts
+    ]
+    assert 0.02 <= min(gaps) < 0.03
+
+
 @pytest.mark.parametrize(("gap", "fits"), [(0.05, True), (0.16, False)])
 def test_radii_of_both_fibers_are_kept_apart(gap, fits):
     """Side by side, at most 0.3 apart, with radii 0.1 and 0.05; the first is near the border."""
