@@ -128,6 +128,11 @@ def test_what_a_step_may_commit_makes_errors_follow_the_tolerance_at_order_five(
     assert steps**5 == pytest.approx(1e-3)
 
 
+def test_the_first_step_is_shorter_where_things_change_faster():
+    control = AdaptiveSteps(rtol=1e-4)
+    assert control.first(4.0) == pytest.approx(0.25 * control.first(1.0))
+
+
 def test_fixed_steps_start_short_and_reach_order_and_length():
     control = FixedSteps(dt=0.02, order=5)
     size, order, sizes = control.first(1.0), 1, []
