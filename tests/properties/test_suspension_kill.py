@@ -95,9 +95,9 @@ for k, steps in enumerate(map(int, sys.argv[2:])):
         finally:
             os._exit(1)
     os.close(report)
-    for _ in range(steps):
+    for _ in range(steps + chance.randrange(6) if steps else 0):
         os.read(hear, 1)
-    time.sleep(chance.uniform(0.0, 6.0 * step if steps else min(0.2, making)))
+    time.sleep(chance.uniform(0.0, step if steps else min(0.2, making)))
     os.kill(child, signal.SIGKILL)
     if os.waitpid(child, 0)[1] != signal.SIGKILL:
         sys.exit("the run failed or ended before it was killed")

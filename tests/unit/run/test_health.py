@@ -387,9 +387,13 @@ def test_norms_of_steps_keep_what_is_not_a_number():
 def test_show_calls_no_failed_run_trusted(capsys):
     """Some versions stored it for each run they had no doubts about."""
     for code in ("failed", "running"):
-        _say_trust(Status(code, 1.0, trust="trusted").to_dict())
+        _say_trust(Status(code, 1.0, trust="trusted").to_dict(), watched=False)
         assert capsys.readouterr().out == ""
-    _say_trust(Status("done", 1.0, trust="trusted").to_dict())
+        _say_trust(Status(code, 1.0, trust="trusted").to_dict(), watched=True)
+        said = capsys.readouterr().out
+        assert "within limits" in said
+        assert "trusted" not in said
+    _say_trust(Status("done", 1.0, trust="trusted").to_dict(), watched=True)
     assert capsys.readouterr().out.startswith("trusted")
 
 

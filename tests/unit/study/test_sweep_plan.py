@@ -157,7 +157,7 @@ def test_paths_in_a_file_start_from_it(tmp_path):
         ({"grid": None}, "sweep", "something to sweep"),
         ({"grid": {"fluid.mu_bar": [1e3, -1.0]}}, "fluid.mu_bar", "-1.0, in the case mu_bar=-1"),
         ({"grid": {"fluid.mubar": [1e3]}}, "fluid.mubar", "Did you mean 'mu_bar'?"),
-        ({"grid": {"fibre.length": [1.0]}}, "fibre", "Did you mean 'fiber'?"),
+        ({"grid": {"fibre.length": [1.0]}}, "sweep", "Did you mean 'fiber.length'"),
         ({"grid": {"a b.c": [1.0]}}, "sweep", "table.key=value"),
         ({"set": {"fluid.mu_bar": 1.0}}, "set", "a key that is not swept"),
         ({"set": {"stepping.rtol": -1.0}}, "stepping.rtol", "-1.0"),
