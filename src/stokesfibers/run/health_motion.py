@@ -2,8 +2,8 @@
 
 The mobility is evaluated anew from shapes and tensions, with weights, near corrections and sums
 between fibers of its own, so that an error of a step, of its solve or of its sums is seen.
-A fiber's own operator is evaluated on the run's nodes: its quadrature error is seen only through
-the decay of the modes, not where a fiber nears itself.
+A fiber's own operator is evaluated on the run's nodes: its quadrature error is seen through the
+decay of the modes and, where a fiber nears itself, through how near it comes.
 """
 
 from __future__ import annotations

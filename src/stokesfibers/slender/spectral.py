@@ -28,9 +28,12 @@ from stokesfibers.numerics.legendre import (
 from stokesfibers.numerics.shape_free import ShapeFreeWeights, no_weights, shape_free_weights
 from stokesfibers.slender.mobility import AbstractMobility, LocalDrag, LocalOperator, NonLocal
 from stokesfibers.slender.regularization import AbstractRegularization, SpheroidalRegularization
+from stokesfibers.slender.spectral_own import OwnTurns
 
 FIT_OVERSAMPLING = 2
 """Points per mode when a curve is turned into modes."""
+OWN_TOLERANCE = 1e-6
+"""Where none is given: the error let pass where a fiber nears itself."""
 _TAIL = 4  # modes: even and odd ones decay apart
 _TAIL_TO_ERROR = 6.0  # shape error over the size of the last modes, as measured
 
@@ -80,6 +83,8 @@ class SpectralFiber:
         Coefficients of the local operator.
     weights
         Shape-free weights of the finite-part operator.
+    tolerance
+        Relative error of the fiber's own velocity that is let pass where it nears itself.
     """
 
     length: float
@@ -88,6 +93,7 @@ class SpectralFiber:
     basis: FreeEndBasis
     local: LocalOperator
     weights: ShapeFreeWeights
+    tolerance: float = OWN_TOLERANCE
 
     @classmethod
     def build(
@@ -98,8 +104,9 @@ class SpectralFiber:
         rigidity: float,
         nodes: int,
         mobility: AbstractMobility,
+        tolerance: float = OWN_TOLERANCE,
     ) -> SpectralFiber:
-        """Discretise a fiber with `nodes` nodes under `mobility`."""
+        """Discretise a fiber with `nodes` nodes under `mobility`; see the attributes."""
         return cls(
             length=checks.positive("length", length),
             rigidity=checks.positive("rigidity", rigidity),
@@ -107,6 +114,7 @@ class SpectralFiber:
             basis=FreeEndBasis(nodes),
             local=mobility.local(eps),
             weights=mobility_weights(mobility, nodes, eps),
+            tolerance=checks.positive("tolerance", tolerance),
         )
 
     @property
@@ -223,6 +231,12 @@ class SpectralFiber:
         return as_float(np.linalg.inv(legendre_values(self.sigma, self.count)))
 
     @cached_property
+    def own_turns(self) -> OwnTurns:
+        """Where the fiber nears itself."""
+        weights = self.quadrature / self.length
+        return OwnTurns(self.sigma, weights, self.tables, self.position_series, self.tolerance)
+
+    @cached_property
     def position_series(self) -> Array:
         """Legendre coefficients of the position modes, (N, N + 4): ``modes @ position_series``."""
         sigma, _ = gauss_legendre(self.count + 4)
@@ -251,12 +265,20 @@ class SpectralFiber:
 
 
 def by_kind(
-    fibers: tuple[Fiber, ...], nodes: int, mobility: AbstractMobility
+    fibers: tuple[Fiber, ...],
+    nodes: int,
+    mobility: AbstractMobility,
+    tolerance: float = OWN_TOLERANCE,
 ) -> dict[Fiber, SpectralFiber]:
     """Return the discretised fiber of each kind there is among `fibers`."""
     return {
         kind: SpectralFiber.build(
-            kind.length, kind.eps, rigidity=kind.rigidity, nodes=nodes, mobility=mobility
+            kind.length,
+            kind.eps,
+            rigidity=kind.rigidity,
+            nodes=nodes,
+            mobility=mobility,
+            tolerance=tolerance,
         )
         for kind in dict.fromkeys(fibers)
     }

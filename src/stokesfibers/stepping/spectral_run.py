@@ -160,10 +160,11 @@ class SpectralRunStepper(AbstractStepper[Carry]):
 
     def _discretised(self, nodes: int) -> _Discretised:
         problem, engine = self.problem, self._engine
-        kinds = by_kind(problem.fibers, nodes, problem.mobility)
+        control = _control(engine)
+        tolerance = _quadrature_tolerance(control)
+        kinds = by_kind(problem.fibers, nodes, problem.mobility, tolerance)
         shown = {kind: ShownFiber.of(fiber) for kind, fiber in kinds.items()}
         fibers = tuple(kinds[kind] for kind in problem.fibers)
-        control = _control(engine)
         stepper = SpectralStepper(
             fibers,
             drag=problem.drag,
@@ -171,7 +172,7 @@ class SpectralRunStepper(AbstractStepper[Carry]):
             control=control,
             newton_passes=engine.newton_passes,
             load=_load(problem, fibers),
-            interaction=_interaction(problem, fibers, control),
+            interaction=_interaction(problem, fibers, tolerance),
             threads=self._threads,
             team=self._team,
         )
@@ -229,12 +230,16 @@ def _load(problem: Problem, fibers: tuple[SpectralFiber, ...]) -> Load | None:
     return density
 
 
-def _interaction(
-    problem: Problem, fibers: tuple[SpectralFiber, ...], control: AbstractStepControl
-) -> AbstractSpectralInteraction:
+def _quadrature_tolerance(control: AbstractStepControl) -> float:
+    """Return the error of velocities, between fibers and where one nears itself, relative."""
     adaptive = isinstance(control, AdaptiveSteps)
     wanted = _QUADRATURE_SHARE * control.step_tolerance if adaptive else _FIXED_QUADRATURE
-    wanted = min(1e-2, max(1e-12, wanted))
+    return min(1e-2, max(1e-12, wanted))
+
+
+def _interaction(
+    problem: Problem, fibers: tuple[SpectralFiber, ...], wanted: float
+) -> AbstractSpectralInteraction:
     if isinstance(problem.image_sum, FastImages):
         from stokesfibers.slender.spectral_ewald import EwaldInteraction  # slow to import
 

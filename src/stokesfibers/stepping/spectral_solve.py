@@ -20,8 +20,6 @@ together in each application of the coupled operator, and all ranks iterate on t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.linalg import get_lapack_funcs
 
@@ -36,6 +34,7 @@ from stokesfibers.slender.spectral_interaction import (
     Summed,
 )
 from stokesfibers.stepping.spectral_carry import State
+from stokesfibers.stepping.spectral_pass import Increment, Surroundings
 
 _factored, _solved = get_lapack_funcs(("getrf", "getrs"), dtype=np.float64)
 
@@ -45,55 +44,10 @@ _MOST_ITERATIONS = 60
 _BLOCK = 16  # fibers whose solves are one task
 
 
-@dataclass(frozen=True)
-class Surroundings:
-    """What acts on the fibers at their nodes, in units of their own length and rigidity.
-
-    Attributes
-    ----------
-    time
-        t.
-    flow
-        U / L, (fiber, 3, N).
-    gradient
-        grad U, (fiber, N, 3, 3).
-    load
-        External force per length times L^3 / E, (fiber, 3, N).
-    """
-
-    time: float
-    flow: Array
-    gradient: Array
-    load: Array
-
-
-@dataclass(frozen=True)
-class Increment:
-    """Change of a state by one Newton pass.
-
-    Attributes
-    ----------
-    modes, tensions
-        As in `State`.
-    ratio
-        Largest ratio of the kernel's series, (fiber,).
-    iterations
-        Of the coupled solve; 1 if there is nothing to couple.
-    summed
-        How velocities between fibers were summed.
-    """
-
-    modes: Array
-    tensions: Array
-    ratio: Array
-    iterations: int
-    summed: Summed
-
-
 class _Systems:
     """The assembled and factored equations of this rank's share of the fibers about one state.
 
-    The first axis of all arrays is the share but for `scale` and `ratio`, which are of all fibers.
+    The first axis of arrays is the share but of `scale`, `ratio`, `own_error`: all fibers.
     """
 
     def __init__(self, count: int, nodes: int, workers: Workers) -> None:
@@ -101,7 +55,7 @@ class _Systems:
         self.share = workers.team.share(count)
         own = len(self.share)
         self.right = np.empty((own, 4 * nodes - 1))
-        self.scale, self.ratio = np.empty(count), np.empty(count)
+        self.scale, self.ratio, self.own_error = np.empty((3, count))
         self.force, self.resisted = np.empty((own, 3, nodes)), np.empty((own, 3, nodes))
         self.mobility = np.empty((own, 6, nodes, nodes))
         self.own = np.empty((own, nodes, nodes))
@@ -212,7 +166,8 @@ class IncrementSolver:
             summed = scene.summed
         if not np.isfinite(found).all():
             raise np.linalg.LinAlgError("the step is not finite")
-        return Increment(*systems.split(found), systems.ratio, iterations, summed)
+        errors = systems.ratio, systems.own_error
+        return Increment(*systems.split(found), *errors, iterations, summed)
 
     def others(self, state: State, t: float, force: Array, resisted: Array) -> Array:
         """Return what others add to M f at the nodes, (fiber, 3, N), in units of E / L^3.
@@ -231,9 +186,11 @@ class IncrementSolver:
         systems = _Systems(count, self._fibers[0].count, self._workers)
 
         scale, ratio = systems.scale[systems.rows], systems.ratio[systems.rows]
+        own_error = systems.own_error[systems.rows]
 
         def one(i: int) -> None:
             k = systems.share[i]
+            own_error[i] = self._fibers[k].own_turns.approaches(state.modes[k]).error
             matrix, systems.right[i], scale[i], ratio[i], *about = kernels.increment_system(
                 state.modes[k],
                 state.tensions[k],
@@ -259,8 +216,8 @@ class IncrementSolver:
             singular = True
         if self._workers.team.any(singular):
             raise np.linalg.LinAlgError("the equations of a fiber are singular")
-        self._workers.team.complete(systems.scale)
-        self._workers.team.complete(systems.ratio)
+        for found in (systems.scale, systems.ratio, systems.own_error):
+            self._workers.team.complete(found)
         return systems
 
     def _coupled(

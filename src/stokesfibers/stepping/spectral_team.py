@@ -19,12 +19,8 @@ from stokesfibers.core.team import AbstractTeam
 from stokesfibers.slender.spectral import SpectralFiber
 from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
 from stokesfibers.stepping.spectral_carry import State
-from stokesfibers.stepping.spectral_solve import (
-    REDUCTION,
-    Increment,
-    IncrementSolver,
-    Surroundings,
-)
+from stokesfibers.stepping.spectral_pass import Increment, Surroundings
+from stokesfibers.stepping.spectral_solve import REDUCTION, IncrementSolver
 
 _JOINT_FAILURES = (np.linalg.LinAlgError, InputError)
 """What all ranks find together in a solve; after anything else they are out of step."""
