@@ -620,16 +620,16 @@ def _rough_root(j, i, nodal, sigma):
 
 @njit(**_OPTIONS)
 def own_approaches(coefficients, sigma, weights, tables, to_series, rho):
-    """Return the nodes that are near another part of their own fiber, and the nearest ellipse.
+    """Return how near nodes are to another part of their own fiber: the nearest ellipse.
 
     Parameters
     ----------
     coefficients
         Position modes for unit length, (3, N).
     sigma, weights
-        Nodes as fractions of the length and their weights, (N,).
+        Nodes as fractions of the length and their weights, (M,); M may be more than N.
     tables
-        Position modes and their derivatives 1, 2, 4 at the nodes, (4, N, N).
+        Position modes and their derivatives 1 and 2 at the nodes, (3 or more, M, N).
     to_series
         Position modes to Legendre coefficients of the positions, (N, N + 4).
     rho
@@ -638,41 +638,35 @@ def own_approaches(coefficients, sigma, weights, tables, to_series, rho):
 
     Returns
     -------
-    which
-        Node numbers, rising, (row,).
     nearest
         The rho of the nearest root; infinite where none is within `rho`.
     """
-    n = sigma.size
-    which, count, nearest = np.empty(n, np.int64), 0, np.inf
+    n, nearest = sigma.size, np.inf
     xss = np.dot(coefficients, tables[2].T)
     turned = 0.0
     for j in range(n):
         turned += weights[j] * np.sqrt(xss[0, j] ** 2 + xss[1, j] ** 2 + xss[2, j] ** 2)
     if not turned > _TURNED:
-        return which[:0], nearest
+        return nearest
     x, xs = np.dot(coefficients, tables[0].T), np.dot(coefficients, tables[1].T)
     series = np.dot(coefficients, to_series)
     squares, p, at = np.empty(n), np.empty(3), np.empty((3, 3))
-    roughly = rho**_ROUGHLY
     for i in range(n):
         for d in range(3):
             p[d] = x[d, i]
         for j in range(n):
             squares[j] = _square(p, x, j)
-        least = np.inf
         for j in range(n):
             own = squares[j]
             before = squares[j - 1] if j > 0 else np.inf
             after = squares[j + 1] if j < n - 1 else np.inf
             if j == i or not (own <= before and own < after):
                 continue
+            roughly = min(rho, nearest) ** _ROUGHLY
             if _ellipse(_rough_root(j, i, (x, xs, xss), sigma)) < roughly:
                 low, high = sigma[j - 1] if j > 0 else 0.0, sigma[j + 1] if j < n - 1 else 1.0
                 middle, _ = _nearest_within(p, series, low, high, at)
-                least = min(least, _ellipse(_root(p, series, middle, at)))
-        if least < rho:
-            which[count] = i
-            count += 1
-            nearest = min(nearest, least)
-    return which[:count], nearest
+                least = _ellipse(_root(p, series, middle, at))
+                if least < rho:
+                    nearest = min(nearest, least)
+    return nearest

@@ -51,7 +51,7 @@ _HUGE = 1e308  # stands for what is not finite: beyond each limit, and JSON can 
 _MORE_NODES = (
     "Take more discretization.nodes, or leave them out: the run then adds what shapes ask for"
 )
-_MORE_OF_THEM = "Take more discretization.nodes: the run adds them for the shape alone"
+_STILL_MORE = "Only discretization.nodes above 256 would; see whether it should come that near"
 _SMALLER_STEP = "Take a smaller stepping.rtol"
 _HINTS: Mapping[str, tuple[str, str]] = {
     "length_error": ("a fiber changed its length", _SMALLER_STEP),
@@ -60,7 +60,7 @@ _HINTS: Mapping[str, tuple[str, str]] = {
     "energy_error": ("the balance of power is not kept", _SMALLER_STEP),
     "motion_error": ("the fibers do not move as the equation of motion says", _SMALLER_STEP),
     "spatial_error": ("the nodes do not resolve the shapes", _MORE_NODES),
-    "own_error": ("a fiber nears itself, which its nodes do not resolve", _MORE_OF_THEM),
+    "own_error": ("a fiber nears itself, which 256 nodes do not resolve", _STILL_MORE),
 }
 _FIXED_STEP = "Take a smaller stepping.dt, or give stepping.rtol instead"
 _PAPER = "Take more discretization.intervals and a smaller stepping.dt, or engine = 'spectral'"

@@ -2,8 +2,8 @@
 
 The mobility is evaluated anew from shapes and tensions, with weights, near corrections and sums
 between fibers of its own, so that an error of a step, of its solve or of its sums is seen.
-A fiber's own operator is evaluated on the run's nodes: its quadrature error is seen through the
-decay of the modes and, where a fiber nears itself, through how near it comes.
+A fiber's own operator is evaluated on the run's nodes or, where it nears itself, on more: its
+quadrature error is seen through the decay of the modes and through how near the fiber comes.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class _SpectralMotion:
         self, nodes: int
     ) -> tuple[tuple[SpectralFiber, ...], AbstractSpectralInteraction, Workers]:
         problem = self._problem
-        kinds = by_kind(problem.fibers, nodes, problem.mobility)
+        kinds = by_kind(problem.fibers, nodes, problem.mobility, _tolerance(problem))
         fibers = tuple(kinds[kind] for kind in problem.fibers)
         return fibers, _interaction(problem, fibers), Workers(self._threads)
 
@@ -167,12 +167,17 @@ def _load(problem: Problem, points: Array, weights: Array, t: float) -> Array:
     return np.ascontiguousarray(problem.load.density(state).transpose(0, 2, 1))
 
 
+def _tolerance(problem: Problem) -> float:
+    """Return the error of velocities, between fibers and where one nears itself, relative."""
+    engine = problem.engine
+    assert not isinstance(engine, PaperEngine)
+    return min(1e-2, max(1e-10, _SHARE * (engine.rtol or _FIXED_TOLERANCE)))
+
+
 def _interaction(
     problem: Problem, fibers: tuple[SpectralFiber, ...]
 ) -> AbstractSpectralInteraction:
-    engine = problem.engine
-    assert not isinstance(engine, PaperEngine)
-    tolerance = min(1e-2, max(1e-10, _SHARE * (engine.rtol or _FIXED_TOLERANCE)))
+    tolerance = _tolerance(problem)
     if isinstance(problem.image_sum, FastImages):
         from stokesfibers.slender.spectral_ewald import EwaldInteraction  # slow to import
 

@@ -20,8 +20,9 @@ from stokesfibers.numerics.step_control import AbstractStepControl, AdaptiveStep
 from stokesfibers.problem.engine import SpectralEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.sampled import View
-from stokesfibers.slender.spectral import Resolution, SpectralFiber, by_kind
+from stokesfibers.slender.spectral import SpectralFiber, by_kind
 from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
+from stokesfibers.slender.spectral_resolution import Resolution
 from stokesfibers.slender.spectral_suspension import SpectralInteraction
 from stokesfibers.stepping.base import AbstractStepper, StepError
 from stokesfibers.stepping.report import StepReport

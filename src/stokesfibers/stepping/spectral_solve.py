@@ -190,7 +190,8 @@ class IncrementSolver:
 
         def one(i: int) -> None:
             k = systems.share[i]
-            own_error[i] = self._fibers[k].own_turns.approaches(state.modes[k]).error
+            own = self._fibers[k].own_turns.operator(state.modes[k])
+            own_error[i] = own.error
             matrix, systems.right[i], scale[i], ratio[i], *about = kernels.increment_system(
                 state.modes[k],
                 state.tensions[k],
@@ -200,8 +201,9 @@ class IncrementSolver:
                 around.load[k],
                 *pace,
                 self._drags[k],
-                *self._tables[k],
+                *(*self._tables[k], own.given),
             )
+            ratio[i] = max(ratio[i], own.ratio)
             systems.force[i], systems.resisted[i], systems.mobility[i] = about[:3]
             systems.own[i], systems.tangent[i], systems.curvature[i] = about[3:]
             lu, pivots, info = _factored(matrix.T, overwrite_a=True)

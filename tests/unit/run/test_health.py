@@ -81,17 +81,17 @@ def _coiled(slope, engine, **options):
     return sf.simulate(problem, points, until=1e-3, record=sf.every(1e-3), threads=1, **options)
 
 
-def test_a_fiber_that_nears_itself_is_what_is_doubted():
+def test_a_fiber_that_nears_itself_too_much_is_what_is_doubted():
     few = sf.SpectralEngine(nodes=32, adapt_nodes=False, rtol=1e-4)
-    status = _coiled(0.03, few).status
+    status = _coiled(0.006, few).status
     assert (status.code, status.trust) == ("done", "doubtful")
     (reason,) = [r for r in status.reasons if r.quantity == "own_error"]
-    assert reason.what == "fiber 1 nears itself, which its nodes do not resolve"
+    assert reason.what == "fiber 1 nears itself, which 256 nodes do not resolve"
     assert reason.value > 10.0 * reason.limit
     assert reason.limit == 1e-4
     assert 0.0 < reason.time <= 2e-3, "the last step may reach beyond the end"
     assert "discretization.nodes" in reason.hint
-    apart = _coiled(0.3, few).status
+    apart = _coiled(0.04, few).status
     assert "own_error" not in {r.quantity for r in apart.reasons}
 
 
