@@ -24,7 +24,7 @@ EPS = 1e-3
 NODES = (24, 32, 48, 64)
 WAYS = {"its nodes alone": 1.0, "more nodes": 1e-8}
 """What the operator is evaluated on, and the tolerance that a fiber then has for itself."""
-_MANY = 256
+_MANY = 384
 _TURN = 180.0  # 6 radians
 _APART = 0.4  # arclength from which on a part is another turn
 _POINTS = np.linspace(0.01, 0.99, 99)

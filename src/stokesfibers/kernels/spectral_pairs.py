@@ -648,8 +648,8 @@ def own_approaches(coefficients, sigma, weights, tables, to_series, rho):
         turned += weights[j] * np.sqrt(xss[0, j] ** 2 + xss[1, j] ** 2 + xss[2, j] ** 2)
     if not turned > _TURNED:
         return nearest
-    x, xs = np.dot(coefficients, tables[0].T), np.dot(coefficients, tables[1].T)
-    series = np.dot(coefficients, to_series)
+    x = np.dot(coefficients, tables[0].T)
+    xs, series, bends = x, x, False
     squares, p, at = np.empty(n), np.empty(3), np.empty((3, 3))
     for i in range(n):
         for d in range(3):
@@ -662,6 +662,10 @@ def own_approaches(coefficients, sigma, weights, tables, to_series, rho):
             after = squares[j + 1] if j < n - 1 else np.inf
             if j == i or not (own <= before and own < after):
                 continue
+            if not bends:
+                bends = True
+                xs = np.dot(coefficients, tables[1].T)
+                series = np.dot(coefficients, to_series)
             roughly = min(rho, nearest) ** _ROUGHLY
             if _ellipse(_rough_root(j, i, (x, xs, xss), sigma)) < roughly:
                 low, high = sigma[j - 1] if j > 0 else 0.0, sigma[j + 1] if j < n - 1 else 1.0

@@ -137,16 +137,10 @@ class OwnTurns:
         It is infinite where none is within `rho`. What the nodes find is looked at from more
         points, since the least distance may lie between nodes.
         """
-        sigma, weights = self._nodes
-        found = spectral_pairs.own_approaches(
-            modes, sigma, weights, self.tables, self.series, self.rho
-        )
+        found = spectral_pairs.own_approaches(modes, *self._on_nodes)
         if found == np.inf or self.basis.count >= _POINTS:
             return found
-        sigma, weights = gauss_legendre(_POINTS)
-        closer = spectral_pairs.own_approaches(
-            modes, sigma, weights, self._closely, self.series, self.rho
-        )
+        closer = spectral_pairs.own_approaches(modes, *self._closely, self.series, found)
         return min(found, closer)
 
     def operator(self, modes: Array) -> OwnOperator:
@@ -162,9 +156,15 @@ class OwnTurns:
         return OwnOperator(given, ratio, left if left > self.tolerance else 0.0)
 
     @cached_property
-    def _closely(self) -> Array:
-        sigma, _ = gauss_legendre(_POINTS)
-        return np.stack([self.basis.positions(sigma, order) for order in range(3)])
+    def _on_nodes(self) -> tuple[Array, Array, Array, Array, float]:
+        """What the kernel takes beside the modes; looked up once, since it is called each step."""
+        return (*gauss_legendre(self.basis.count), self.tables, self.series, self.rho)
+
+    @cached_property
+    def _closely(self) -> tuple[Array, Array, Array]:
+        sigma, weights = gauss_legendre(_POINTS)
+        tables = np.stack([self.basis.positions(sigma, order) for order in range(3)])
+        return sigma, weights, tables
 
     def _fine(self, size: int) -> FineNodes:
         if size not in self._kept:
@@ -174,10 +174,6 @@ class OwnTurns:
     @cached_property
     def _kept(self) -> dict[int, FineNodes]:
         return {}
-
-    @cached_property
-    def _nodes(self) -> tuple[Array, Array]:
-        return gauss_legendre(self.basis.count)
 
     @cached_property
     def _decay(self) -> float:

@@ -29,8 +29,8 @@ class StepReport:
     spatial_error
         Estimated relative error of the shapes through lack of nodes; NaN if the engine has none.
     own_error
-        Estimated relative error of a fiber's own velocity where it nears itself, the largest of
-        all fibers; NaN if the engine has none.
+        Estimated relative error of a fiber's own velocity where it nears itself by more than can
+        be resolved, the largest of all fibers; NaN if the engine has none.
     own_fiber
         Number of that fiber; -1 if there is none.
     cutoff

@@ -201,7 +201,7 @@ class IncrementSolver:
                 around.load[k],
                 *pace,
                 self._drags[k],
-                *(*self._tables[k], own.given),
+                *[*self._tables[k], own.given],
             )
             ratio[i] = max(ratio[i], own.ratio)
             systems.force[i], systems.resisted[i], systems.mobility[i] = about[:3]
