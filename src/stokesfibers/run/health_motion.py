@@ -18,7 +18,7 @@ from stokesfibers.core.arrays import Array
 from stokesfibers.core.parallel import Workers
 from stokesfibers.load import LoadedState, NoLoad
 from stokesfibers.observe.balance import Balance, Motion
-from stokesfibers.problem.engine import PaperEngine
+from stokesfibers.problem.engine import PaperEngine, SpectralEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.spectral import SpectralFiber, by_kind
 from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
@@ -27,6 +27,7 @@ from stokesfibers.stepping.base import AbstractStepper
 from stokesfibers.stepping.paper import Carry as PaperCarry
 from stokesfibers.stepping.paper import PaperStepper
 from stokesfibers.stepping.spectral_carry import Carry, combined
+from stokesfibers.stepping.spectral_run import quadrature_tolerance
 from stokesfibers.summation import FastImages
 
 _ONE_MORE = 2  # states beyond the order that the rate is taken from: better than the step itself
@@ -88,7 +89,10 @@ class _SpectralMotion:
         self, nodes: int
     ) -> tuple[tuple[SpectralFiber, ...], AbstractSpectralInteraction, Workers]:
         problem = self._problem
-        kinds = by_kind(problem.fibers, nodes, problem.mobility, _tolerance(problem))
+        # A fiber that nears itself has to be on the run's nodes: what these leave of the velocity
+        # is not the step's fault.
+        own = quadrature_tolerance(_engine(problem))
+        kinds = by_kind(problem.fibers, nodes, problem.mobility, own)
         fibers = tuple(kinds[kind] for kind in problem.fibers)
         return fibers, _interaction(problem, fibers), Workers(self._threads)
 
@@ -167,17 +171,15 @@ def _load(problem: Problem, points: Array, weights: Array, t: float) -> Array:
     return np.ascontiguousarray(problem.load.density(state).transpose(0, 2, 1))
 
 
-def _tolerance(problem: Problem) -> float:
-    """Return the error of velocities, between fibers and where one nears itself, relative."""
-    engine = problem.engine
-    assert not isinstance(engine, PaperEngine)
-    return min(1e-2, max(1e-10, _SHARE * (engine.rtol or _FIXED_TOLERANCE)))
+def _engine(problem: Problem) -> SpectralEngine:
+    assert not isinstance(problem.engine, PaperEngine)
+    return problem.engine
 
 
 def _interaction(
     problem: Problem, fibers: tuple[SpectralFiber, ...]
 ) -> AbstractSpectralInteraction:
-    tolerance = _tolerance(problem)
+    tolerance = min(1e-2, max(1e-10, _SHARE * (_engine(problem).rtol or _FIXED_TOLERANCE)))
     if isinstance(problem.image_sum, FastImages):
         from stokesfibers.slender.spectral_ewald import EwaldInteraction  # slow to import
 

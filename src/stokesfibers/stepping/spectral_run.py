@@ -161,8 +161,7 @@ class SpectralRunStepper(AbstractStepper[Carry]):
 
     def _discretised(self, nodes: int) -> _Discretised:
         problem, engine = self.problem, self._engine
-        control = _control(engine)
-        tolerance = _quadrature_tolerance(control)
+        control, tolerance = _control(engine), quadrature_tolerance(engine)
         kinds = by_kind(problem.fibers, nodes, problem.mobility, tolerance)
         shown = {kind: ShownFiber.of(fiber) for kind, fiber in kinds.items()}
         fibers = tuple(kinds[kind] for kind in problem.fibers)
@@ -231,8 +230,9 @@ def _load(problem: Problem, fibers: tuple[SpectralFiber, ...]) -> Load | None:
     return density
 
 
-def _quadrature_tolerance(control: AbstractStepControl) -> float:
+def quadrature_tolerance(engine: SpectralEngine) -> float:
     """Return the error of velocities, between fibers and where one nears itself, relative."""
+    control = _control(engine)
     adaptive = isinstance(control, AdaptiveSteps)
     wanted = _QUADRATURE_SHARE * control.step_tolerance if adaptive else _FIXED_QUADRATURE
     return min(1e-2, max(1e-12, wanted))
