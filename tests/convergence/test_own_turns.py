@@ -136,7 +136,13 @@ def test_what_most_nodes_do_not_resolve_is_told():
     own = fiber.own_turns.operator(modes)
     nearest = fiber.own_turns.nearest(modes)
     assert own.error == nodes_error(256 * np.log(nearest)) > 1e-3
-    assert fiber.weights.remainder(own.ratio) < 1e-3
+    assert own.ratio == 0.0
+
+
+def test_turns_within_their_own_thickness_are_lost():
+    fiber, modes = coiled(0.005, 32, eps=1e-2)
+    assert fiber.own_turns.operator(modes).ratio >= 1.0
+    assert fiber.weights.remainder(fiber.mobility_velocity(modes, 0.0 * modes)[1]) == np.inf
 
 
 @pytest.mark.parametrize("turn", [0.0, 60.0, 100.0])

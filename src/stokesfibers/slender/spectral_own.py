@@ -91,10 +91,10 @@ class OwnOperator:
     given
         K_delta, (6, N, N); empty, (6, 0, 0), where the nodes are enough.
     ratio
-        Of the kernel's series on the nodes used; 0 where nothing is given.
+        Of the kernel's series, where it has no limit; else 0.
     error
-        Estimated error of the fiber's own velocity beyond the tolerance, relative; 0 if there is
-        none.
+        Estimated error of the fiber's own velocity, through lack of nodes and terms, if it is
+        beyond the tolerance; else 0.
     """
 
     given: Array
@@ -151,9 +151,12 @@ class OwnTurns:
         decay = float(np.log(nearest))
         sizes = [size for size in _SIZES if size > self.basis.count] or [self.basis.count]
         size = next((m for m in sizes if m * decay >= self._decay), sizes[-1])
-        given, ratio = self._fine(size).operator(modes)
-        left = nodes_error(size * decay)
-        return OwnOperator(given, ratio, left if left > self.tolerance else 0.0)
+        fine = self._fine(size)
+        given, ratio = fine.operator(modes)
+        if not ratio < 1.0:
+            return OwnOperator(given, ratio)
+        left = max(nodes_error(size * decay), float(fine.weights.remainder(ratio)))
+        return OwnOperator(given, 0.0, left if left > self.tolerance else 0.0)
 
     @cached_property
     def _on_nodes(self) -> tuple[Array, Array, Array, Array, float]:
