@@ -6,11 +6,12 @@ STAMP := .venv/.installed
 .PHONY: demo test slow lint docs tables bench clean
 
 demo: $(STAMP)
-	mkdir -p demo
+	@echo "Running the case buckling; the first run compiles some kernels, which takes seconds."
+	@mkdir -p demo
 	$(BIN)/stokesfibers run cases/buckling.toml --out demo/buckling.zarr --overwrite
 	$(BIN)/stokesfibers plot demo/buckling.zarr panels --out demo/shapes.png
 	$(BIN)/stokesfibers plot demo/buckling.zarr stress --out demo/stress.png
-	@echo "The run is in demo/buckling.zarr; pictures: demo/shapes.png (like Fig. 3), demo/stress.png (N1 and shear stress)"
+	@echo "The run is in demo/buckling.zarr; pictures: demo/shapes.png (like Fig. 4), demo/stress.png (N1 and shear stress)"
 
 test: lint
 	$(BIN)/python -m pytest -q -n 2
@@ -39,11 +40,14 @@ bench: $(STAMP)-dev
 	$(BIN)/python benchmarks/large.py --counts 100 300 1000
 
 $(STAMP): pyproject.toml
-	test -d .venv || $(PYTHON) -m venv .venv
+	@echo "Installing into .venv: about a minute, silent unless something goes wrong."
+	@test -d .venv || $(PYTHON) -m venv .venv
 	$(BIN)/pip install -q -e .
-	touch $@
+	@touch $@
+	@echo "Installed. For the commands in this shell: source .venv/bin/activate"
 
 $(STAMP)-dev: $(STAMP)
+	@echo "Installing what checks and tests need into .venv: about a minute more."
 	$(BIN)/pip install -q -e ".[dev]"
 	touch $@
 

@@ -51,7 +51,8 @@ if TYPE_CHECKING:
     from stokesfibers.studio.movie import Film, movie
     from stokesfibers.studio.report import report
     from stokesfibers.studio.view import save_view, view_run
-    from stokesfibers.studio.view_recording import Look
+    from stokesfibers.studio.view_look import Look
+    from stokesfibers.studio.view_slice import VelocitySlice
     from stokesfibers.study.sweep import sweep
 
 _FLOWS = (
@@ -105,7 +106,8 @@ _HOMES: dict[str, str] = {
     "movie": "studio.movie",
     "report": "studio.report",
     "export_run": "studio.export",
-    "Look": "studio.view_recording",
+    "Look": "studio.view_look",
+    "VelocitySlice": "studio.view_slice",
     **dict.fromkeys(("save_view", "view_run"), "studio.view"),
     "sweep": "study.sweep",
 }
@@ -148,6 +150,7 @@ __all__ = [
     "Uniform",
     "UserFlow",
     "UserLoad",
+    "VelocitySlice",
     "__version__",
     "average_of",
     "every",

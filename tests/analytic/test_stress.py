@@ -7,7 +7,7 @@ import pytest
 
 import stokesfibers as sf
 from stokesfibers.observe import observables
-from stokesfibers.observe.snapshot import Snapshot
+from stokesfibers.observe.snapshot import Snapshot, Surroundings
 from stokesfibers.slender.discrete import DiscreteFiber
 from support import advance, assert_close, assert_negligible, assert_order, free_end_curve
 
@@ -84,6 +84,44 @@ def test_tension_pulls_with_a_positive_first_normal_stress_difference():
     assert_close(stress, np.diag([area, 0.0, 0.0]), atol=1e-12)
     assert observables.first_normal_stress_difference(moment) == pytest.approx(area)
     assert observables.fiber_stress_direct(moment)[0, 0, 0] == pytest.approx(1 / 6, abs=2e-3)
+
+
+def _askew(surroundings=None) -> Snapshot:
+    """A straight fiber of length 2 along (2, 3, 6) / 7 from (1, -1, 0.5), with T = s (2 - s)."""
+    fiber = DiscreteFiber.build(2.0, 1e-2, rigidity=1.0, intervals=200, mobility=sf.LocalDrag())
+    s = fiber.nodes
+    x = np.array([1.0, -1.0, 0.5]) + s[:, None] * np.array([2.0, 3.0, 6.0]) / 7.0
+    return Snapshot.take(0.0, (fiber,), x[None], (s * (2.0 - s))[None], surroundings=surroundings)
+
+
+def test_parts_of_the_stress_of_a_fiber_askew():
+    """Sigma = p p int T ds with int T ds = 4/3, all its entries different."""
+    moment, pull = _askew(), 4.0 / 3.0 / 49.0
+    for observable, expected in (
+        (observables.first_normal_stress_difference, 4.0 - 9.0),
+        (observables.second_normal_stress_difference, 9.0 - 36.0),
+        (observables.shear_stress, 6.0),
+    ):
+        assert float(observable(moment)) == pytest.approx(expected * pull, rel=1e-4)
+
+
+def test_where_a_fiber_askew_is_and_points():
+    moment, along = _askew(), 2.0 * np.array([[2.0, 3.0, 6.0]]) / 7.0
+    assert_close(observables.end_to_end(moment), along, rtol=1e-12)
+    middle = np.array([[1.0, -1.0, 0.5]]) + 0.5 * along
+    assert_close(observables.centre(moment), middle, rtol=1e-12)
+
+
+def test_a_load_adds_its_virial_about_the_centre():
+    """g = (0, 0, y - y_c) has -int g (y - y_c) ds = -(3/7)^2 L^3 / 12 in Sigma_32; f is f_e - g."""
+    middle = -1.0 + 3.0 / 7.0
+    load = sf.UserLoad(lambda x, t: (x[:, 1:2] - middle) * [0.0, 0.0, 1.0])  # noqa: ARG005
+    loaded, plain = _askew(Surroundings(load=load)), _askew()
+    added = observables.extra_stress(loaded) - observables.extra_stress(plain)
+    size = -(8.0 / 12.0) * np.array([2.0, 3.0, 6.0]) / 7.0 * 3.0 / 7.0
+    expected = np.zeros((3, 3))
+    expected[2] = size
+    assert_close(added, expected, rtol=1e-4)
 
 
 @pytest.mark.parametrize("mobility", [sf.NonLocal(sf.SpheroidalRegularization()), sf.LocalDrag()])

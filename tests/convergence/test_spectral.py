@@ -12,6 +12,7 @@ from stokesfibers.core.errors import InputError
 from stokesfibers.fiber import curves
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.flow import Shear
+from stokesfibers.kernels import spectral as kernels
 from stokesfibers.numerics.legendre import gauss_legendre, legendre_values
 from stokesfibers.numerics.shape_free import shape_free_weights
 from stokesfibers.numerics.step_control import AdaptiveSteps, FixedSteps
@@ -116,6 +117,42 @@ def test_a_step_of_many_passes_solves_the_equations_written_out():
     assert_close(np.sum(tangent**2, axis=0), np.ones(19), rtol=1e-13)
     velocity = stepper.velocity(State(after.modes[:, 0], after.tensions[:, 0]), h)[0]
     assert_close(velocity, (x - x_before) / h, rtol=1e-9)
+
+
+def test_the_matrix_of_a_step_is_the_slope_of_its_equations_with_the_mobility_held():
+    """All are quadratic in modes and tensions: central differences are exact."""
+    fiber, alpha, drag = _fiber(10, 3e-2), 7.0, 50.0
+    flow = LinearFlow(((0.1, 0.9, -0.3), (0.2, -0.4, 0.5), (0.7, -0.2, 0.3)))
+    rng = np.random.default_rng(4)
+    modes = fiber.fit(lambda q: CURVE(q).T)
+    tension, load = rng.normal(size=9), rng.normal(size=(3, 10))
+    rate, dx, pull = rng.normal(size=(3, 10)), rng.normal(size=(3, 10)), rng.normal(size=9)
+
+    def at(step):
+        """Return what the kernel returns, and U - x_t at the nodes."""
+        moved, moving = modes + step * dx, rate + alpha * step * dx
+        points = np.ascontiguousarray((moved @ fiber.tables[0].T).T)
+        u = np.ascontiguousarray(flow.velocity(points, 0.0).T)
+        gradient = np.ascontiguousarray(flow.gradient(points, 0.0))
+        pulled = tension + step * pull
+        arguments = (moved, pulled, moving, u, gradient, load, alpha, 1.0, drag)
+        found = kernels.increment_system(*arguments, *fiber.kernel_tables)
+        return found, u - moving @ fiber.tables[0].T
+
+    (matrix, _, scale, _, force, resisted, mobility, *_), _ = at(0.0)
+    xx, yy, zz, xy, xz, yz = mobility
+    whole = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    assert_close(resisted, np.einsum("pqij,qj->pi", whole, force), rtol=1e-12)
+    rows = []
+    for step in (1e-2, -1e-2):
+        found, apart = at(step)
+        pushed = scale * np.einsum("pqij,qj->pi", whole, found[4])
+        rows.append(np.concatenate([(apart / alpha - pushed).ravel(), found[1][30:]]))
+    slope = (rows[0] - rows[1]) / 2e-2
+    unknown = np.concatenate([dx.ravel(), scale * pull])
+    assert_close((matrix @ unknown)[:30], -slope[:30], rtol=1e-9)
+    assert_close((matrix @ unknown)[30:], -slope[30:], rtol=1e-9)
+    assert scale == pytest.approx(1.0 / (drag * alpha))
 
 
 def test_initial_tension_lets_nothing_stretch():
@@ -281,7 +318,7 @@ def test_interpolation_follows_the_steps_without_changing_them():
     s = np.linspace(0.0, 1.0, 11)
     found = fiber.position(stepper.interpolate(carry, t).modes[0], s)
     expected = fiber.position(fine.interpolate(exact, t).modes[0], s)
-    assert_close(found, expected, atol=1e-6)
+    assert_close(found, expected, atol=5e-8)
     with pytest.raises(InputError, match="t: expected a time from"):
         stepper.interpolate(carry, carry.time + 0.1)
 

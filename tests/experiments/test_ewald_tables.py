@@ -50,6 +50,15 @@ def test_copies_are_the_sheared_lattice():
     assert_close(slow.three_directions(copies, periods), expected, rtol=1e-10)
 
 
+def test_a_lattice_may_have_any_angles_and_far_targets():
+    pairs = _pairs()
+    vectors = np.array([[1.0, 0.0, 0.0], [0.37, 1.2, 0.0], [0.1, -0.2, 0.9]])
+    expected = lattice_sum(pairs.targets, pairs.sources, pairs.forces, vectors)
+    assert_close(slow.lattice(pairs, vectors), expected, rtol=1e-10)
+    far = Pairs(pairs.targets + [[3.0, -2.0, 4.0]] @ vectors, pairs.sources, pairs.forces)
+    assert_close(slow.lattice(far, vectors), expected, rtol=1e-10)
+
+
 def test_a_point_feels_its_images_and_not_itself():
     one = np.array([[0.3, 0.2, 0.1]])
     alone = Pairs(one, one, np.array([[0.0, 0.0, 1.0]]))

@@ -4,9 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
+from stokesfibers.experiments.cell_averages import (
+    Averages,
+    draw,
+    legend,
+    note,
+    unsettled,
+    variables,
+)
 from stokesfibers.experiments.length_distribution import LENGTHS, groups, third_moment
 from stokesfibers.experiments.sheared_cells import CellRun, uniform
+from stokesfibers.plot.style import new_axes
 
 
 def test_a_cell_holds_its_concentration():
@@ -26,6 +36,61 @@ def test_distributions_have_one_mean_length():
     assert third_moment((0.5, 1.5)) == pytest.approx(1.75)
 
 
+def _tree(time, shear_stress) -> xr.DataTree:
+    """Return a run of two fibers with this Sigma_12 per volume and no normal stress."""
+    stress = np.zeros((len(time), 3, 3))
+    stress[:, 0, 1] = stress[:, 1, 0] = shear_stress
+    observables = xr.Dataset({"particle_stress": (("time", "i", "j"), stress)}, {"time": time})
+    ends = np.array([[[0.0, 0.0, 0.0], [0.6, 0.8, 0.0]], [[0.0, 1.0, 0.0], [0.0, 1.0, 1.0]]])
+    shapes = xr.Dataset({"position": (("time", "fiber", "node", "space"), ends[None])})
+    return xr.DataTree.from_dict({"observables": observables, "trajectory": shapes})
+
+
+def _averages(drift: float) -> Averages:
+    """Return those of two runs whose stress fluctuates about 3; the second one drifts."""
+    time = np.linspace(0.0, 20.0, 401)
+    runs = [CellRun("x", uniform(2), 8.0 * np.pi, 0.5, seed, 20.0) for seed in (1, 2)]
+    noise = np.random.default_rng(0).standard_normal((2, 401))
+    slopes = np.array([[0.0], [drift]]) * (time - 15.0)
+    trees = [_tree(time, 3.0 + 0.1 * one + slope) for one, slope in zip(noise, slopes, strict=True)]
+    return Averages.of(trees, runs)
+
+
+def test_a_mean_has_settled_if_it_has_in_each_run():
+    still, drifting = _averages(0.0), _averages(0.1)
+    assert still.settled.tolist() == [True, True, True]
+    assert drifting.settled.tolist() == [False, True, True]
+    assert abs(still.mean[0] - 3.0) < 3.0 * still.error[0]
+    assert 0.002 < still.error[0] < 0.02, "0.1 / sqrt(402)"
+    assert still.mean[1] == still.error[1] == 0.0
+
+
+def test_what_has_not_settled_is_said_and_drawn_open():
+    found = [_averages(0.0), _averages(0.1)]
+    data = xr.Dataset(
+        variables(found, {"distribution": 2}), {"quantity": ["viscosity", "n1", "n2"]}
+    ).assign_attrs(seeds=2, count=2)
+    assert data["mean"].dims == ("distribution", "quantity")
+    row = unsettled(data)
+    assert (row.ours, row.quantity) == (1, "means not settled, of 4")
+    one = data.sel(quantity="viscosity")
+    bar = f"{found[0].error[0] / 0.5:.2g}"
+    assert note(data, one.isel(distribution=0), 0.5) == f"+- {bar}, 2 seeds of 2 fibers."
+    assert note(data, one.isel(distribution=1), 0.5).endswith(
+        " or more, 2 seeds of 2 fibers. Not settled."
+    )
+    ax = new_axes()
+    draw(ax, np.arange(2.0), one, color="k", label="viscosity")
+    (marks,) = [line for line in ax.get_lines() if line.get_markerfacecolor() == "white"]
+    assert marks.get_xydata().tolist() == [[1.0, found[1].mean[0]]]
+    legend(ax, data)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["not settled", "viscosity"]
+    calm = new_axes()
+    draw(calm, np.zeros(1), one.isel(distribution=[0]), color="k", label="viscosity")
+    legend(calm, data.isel(distribution=[0]))
+    assert [text.get_text() for text in calm.get_legend().get_texts()] == ["viscosity"]
+
+
 def test_quick_concentration(quick):
     reproduced = quick("concentration")
     data = reproduced.data()
@@ -33,6 +98,11 @@ def test_quick_concentration(quick):
     assert np.all(viscosity > 0.0)
     assert np.all(np.diff(viscosity, axis=-1) > 0.0), "more fibers, more viscous"
     assert np.all(data["error"] >= 0.0)
+    shown = data["settled"].sel(quantity=["viscosity", "n1"])
+    told = [row for row in reproduced.summary["rows"] if "Not settled" in row["note"]]
+    assert len(told) == int((shown == 0).sum())
+    assert told, "a strain of one half is not enough"
+    assert reproduced.summary["rows"][-1]["ours"] == len(told)
 
 
 def test_quick_lengths(quick):

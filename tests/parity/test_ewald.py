@@ -68,7 +68,7 @@ def test_other_targets_feel_all_sources():
     assert relative(shorter, expected) < 1e-10
 
 
-@pytest.mark.parametrize("domain", [BOX, Sheared((1.0, 1.2, 0.9), 0.37)], ids=["box", "sheared"])
+@pytest.mark.parametrize("domain", [BOX, Sheared((1.0, 1.2, 0.9), 0.2)], ids=["box", "sheared"])
 @pytest.mark.parametrize("rc", [0.2, 0.45])
 def test_lattice_sum_is_that_of_plain_series(domain, rc):
     x, f = _cloud(6)
@@ -127,6 +127,17 @@ def test_doublets_in_free_space_equal_or_mixed():
         expected = free_sum(x, x, f, radius=radius, left_out=lambda i, j: i == j)
         for ewald, most in ((EwaldSum(1e-5, rc=0.4), 1e-5), (EwaldSum(1e-9, rc=0.4), 1e-9)):
             assert relative(_sum(Free(), x, f, ewald=ewald, radius=radius), expected) < most
+
+
+@pytest.mark.parametrize("radius", [0.05, np.linspace(0.0, 0.08, 12)], ids=["equal", "mixed"])
+def test_own_pairs_with_doublets_are_left_out_within_the_cutoff_and_beyond(radius):
+    x, names, f = _filaments(BOX)
+    assert np.linalg.norm(x[0] - x[3]) < 0.35 < np.linalg.norm(x[8] - x[9])
+    expected = free_sum(x, x, f, radius=radius, left_out=_own(names))
+    for tolerance in (1e-5, 1e-9):
+        ewald = EwaldSum(tolerance, rc=0.35)
+        found = _sum(Free(), x, f, ewald=ewald, filaments=names, radius=radius)
+        assert relative(found, expected) < tolerance
 
 
 def test_periodic_doublets_are_laplacians_of_the_slow_sum():

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reference.pair_twins import by_parts, plain
-from stokesfibers.kernels import pairs
+from reference.pair_twins import by_parts, doublet, plain, stokeslet
+from stokesfibers.kernels import forces, pairs
+from stokesfibers.kernels import stokeslet as lines
 from support import assert_close, assert_order, free_end_curve, helical_curve
 
 EPS = 0.02
@@ -189,3 +190,56 @@ def test_the_fiber_itself_is_left_out_but_its_images_are_not():
         for p in points
     ]
     assert_close(_sum(points, curve, 30, images=images, own=0), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("own", [-1, 0, 1])
+def test_sum_of_forces_per_length_equals_the_slow_twin_with_its_images(own):
+    """Two sources of other radii, near enough that the doublets count; the nearest image first."""
+    rng = np.random.default_rng(5)
+    x, force = rng.normal(size=(2, 3, 5)), rng.normal(size=(2, 3, 5))
+    x[1] += np.array([[4.0], [0.0], [0.0]])
+    weights, weight = rng.uniform(0.1, 0.3, size=(2, 5)), np.array([0.02, 0.05])
+    points = x[own, :, :2].T + 1e-2 if own >= 0 else np.array([[0.3, 0.5, 0.2], [0.1, 0.1, -0.4]])
+    middle = points.mean(axis=0)
+    periods, shifts = np.array([2.5, 0.0, 0.0]), np.array([[0.0, 0, 0], [-2.5, 0, 0], [2.5, 0, 0]])
+    expected = np.zeros((2, 3))
+    for k in range(2):
+        nearest = -2.5 * np.round((middle[0] - x[k, 0, 2]) / 2.5)
+        for shift in shifts[:, 0] + nearest:
+            if k == own and shift == 0.0:
+                continue
+            for i, j in np.ndindex(2, 5):
+                r = points[i] + np.array([shift, 0.0, 0.0]) - x[k, :, j]
+                found = stokeslet(r, force[k, :, j]) + weight[k] * doublet(r, force[k, :, j])
+                expected[i] += weights[k, j] * found
+    sums = forces.forces_velocity(points, middle, own, x, force, weights, weight, periods, shifts)
+    assert_close(sums, expected, rtol=1e-12)
+
+
+def test_line_integral_off_a_fiber_equals_the_slow_twin():
+    """Next to the fiber, where the doublet is as large as the Stokeslet; f is linear in between."""
+    curve, count, weight = helical_curve(), 40, 2e-3
+    s = np.linspace(0.0, 1.0, count + 1)
+    values = _force(s, 1)
+    side = np.cross(curve(0.43, 1), [0.3, -0.2, 1.0])
+    points = np.array([curve(0.43) + 0.06 * side / np.linalg.norm(side), [0.5, 0.7, -0.6]])
+    z, w = np.polynomial.legendre.leggauss(6)
+    found = lines.line_velocity(
+        points,
+        np.ascontiguousarray(curve(s)),
+        np.ascontiguousarray(curve(s, 1)),
+        values,
+        1.0 / count,
+        weight,
+        0.5 * (z + 1.0),
+        0.5 * w,
+        64,
+    )
+
+    def force(at):
+        return np.stack([np.interp(at, s, row) for row in values])
+
+    expected = [plain(p, curve, force, weight, 10 * count) for p in points]
+    without = plain(points[0], curve, force, 0.0, 10 * count)
+    assert np.abs(without - expected[0]).max() > 0.2 * np.abs(expected[0]).max()
+    assert_close(found, expected, rtol=1e-5)

@@ -155,5 +155,7 @@ def test_an_image_that_slides_past_a_resting_fiber_crosses_it():
     carried = still.copy()
     (found,) = find_crossings(still, carried, domain, domain.at(-0.05))
     assert {found.first, found.second} == {0, 1}
+    # the image below moves along x from 0.45 by 0.05 times the period: half way it is at 0.5
+    assert_close(found.fraction, 0.5, rtol=1e-9)
     assert find_crossings(still, carried, domain, domain.at(0.05)) == ()
     assert find_crossings(still, carried, domain) == ()

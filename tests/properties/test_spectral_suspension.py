@@ -305,6 +305,26 @@ def test_fibers_that_cross_at_half_the_blending_distance_go_on_moving(close):
     assert 0.0 < gap[2] < 0.02
 
 
+def test_units_do_not_matter_where_fibers_blend():
+    """Twice as long, three times as stiff, in the same flow: for the same drag number."""
+
+    def end(length, rigidity):
+        fiber = _fiber(length, rigidity=rigidity)
+        drag = 2e3 * rigidity / length**4
+        stepper = _stepper((fiber, fiber), drag=drag, control=FixedSteps(0.02, 2), tolerance=1e-7)
+
+        def turned(q):
+            middle = CURVE(0.5)
+            # 0.03 apart: between d_0 = 0.02 and twice as much
+            return (CURVE(q).T - middle) * [-1.0, 1.0, 1.0] + middle + [0.0, 0.0, 0.03]
+
+        curves = (lambda q: length * CURVE(q).T, lambda q: length * turned(q))
+        return _end(stepper, curves, steps=6)
+
+    one, other = end(1.0, 1.0), end(2.0, 3.0)
+    assert_close(other, one, rtol=1e-9)
+
+
 def test_steric_repulsion_keeps_fibers_apart_and_pushes_neither_together():
     fibers = (_fiber(), _fiber())
     weights = np.stack([f.quadrature for f in fibers])

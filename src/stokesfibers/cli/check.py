@@ -137,8 +137,8 @@ def _cost_rows(case: Case) -> Iterator[Row]:
         else:
             each = duration(cost.step_seconds)
             if cost.settled:
-                yield "time", f"about {duration(cost.seconds)} on one core"
-                yield "", f"{plural(cost.steps, 'step')} of {each}, measured here"
+                yield "time", f"about {duration(cost.seconds)} on one core, after the start"
+                yield "", f"{plural(cost.steps, 'step')} of {each}, measured here, and the records"
             else:
                 yield "time", f"steps of {each}, measured here"
                 yield "", "how many cannot be told: they still grow from the start's short ones"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,23 @@ if TYPE_CHECKING:
     from stokesfibers.run.simulate import Result
 
 
-def say_how_it_ended(result: Result, out: Path, *, quiet: bool) -> int:
+@dataclass(frozen=True)
+class Spent:
+    """What a command took.
+
+    Attributes
+    ----------
+    seconds
+        From its start on.
+    before
+        Steps that the run had taken by then.
+    """
+
+    seconds: float
+    before: int = 0
+
+
+def say_how_it_ended(result: Result, out: Path, spent: Spent, *, quiet: bool) -> int:
     """Print the last lines of a run stored in `out` and return the exit code."""
     status = result.status
     if status.code == "failed":
@@ -26,11 +43,9 @@ def say_how_it_ended(result: Result, out: Path, *, quiet: bool) -> int:
         _say_doubts(result)
         return INTERRUPTED
     if not quiet:
-        steps = result.data["numerics"].to_dataset()["wall_time"]
-        wall = duration(float(steps.sum()))
-        count = plural(steps.sizes["step"], "step")
         click.secho("done: ", fg="green", bold=True, nl=False)
-        click.echo(f"t = {status.time:.6g}, {count} in {wall}, stored in {out}.")
+        click.echo(f"t = {status.time:.6g}, stored in {out}.")
+        _say_time(result, spent)
         if status.explanation:
             click.echo(f"{status.explanation}.")
         if status.trust == "trusted":
@@ -39,6 +54,15 @@ def say_how_it_ended(result: Result, out: Path, *, quiet: bool) -> int:
     if not quiet:
         click.echo(f"Next: stokesfibers show {out}, stokesfibers plot {out} panels")
     return DONE
+
+
+def _say_time(result: Result, spent: Spent) -> None:
+    """Print what the steps of this command took, and all of it."""
+    steps = result.data["numerics"].to_dataset()["wall_time"].isel(step=slice(spent.before, None))
+    if steps.sizes["step"]:
+        each = f"{plural(steps.sizes['step'], 'step')} in {duration(float(steps.sum()))}"
+        rest = "with start, recording and checks of the result"
+        click.echo(f"{each}; {duration(spent.seconds)} {rest}.")
 
 
 def _say_doubts(result: Result) -> None:

@@ -7,7 +7,7 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Callable
-from typing import ParamSpec
+from typing import IO, Any, ParamSpec
 
 import click
 
@@ -16,6 +16,19 @@ from stokesfibers.core.errors import StokesFibersError
 DONE, OUR_FAULT, BAD_INPUT, RUN_FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 
 P = ParamSpec("P")
+
+
+class Refused(click.ClickException):
+    """An error of the input that is found before the command begins; told as all others are."""
+
+    exit_code = BAD_INPUT
+
+    def __init__(self, error: StokesFibersError) -> None:
+        super().__init__(str(error))
+
+    def show(self, file: IO[Any] | None = None) -> None:  # noqa: ARG002
+        """Print the message."""
+        complain(self.message)
 
 
 def guarded(work: Callable[P, int | None]) -> Callable[P, None]:

@@ -46,8 +46,11 @@ _ORDER = (
 )
 
 
-class _Interruptible(click.Group):
-    """A group in which Ctrl-C before or behind a command ends as it does within one."""
+class _Commands(click.Group):
+    """Lists commands as they are used; Ctrl-C before or behind one ends as it does within one."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
+        return list(self.commands)
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -59,7 +62,7 @@ class _Interruptible(click.Group):
 
 @click.group(
     "stokesfibers",
-    cls=_Interruptible,
+    cls=_Commands,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Exit codes: 0 done, 1 a fault of stokesfibers, 2 the input, 3 the run failed and kept "
     "what it had, 130 interrupted and resumable.",
@@ -69,7 +72,10 @@ class _Interruptible(click.Group):
 def main(context: click.Context) -> None:
     """Flexible fibers in Stokes flow: non-local slender body theory, from one TOML file.
 
-    Try: stokesfibers run cases/buckling.toml --out run.zarr
+    \b
+    Try: stokesfibers new buckling
+         stokesfibers run buckling.toml
+         stokesfibers plot buckling.zarr panels
     """
     silence_assistants(context.invoked_subcommand)
 

@@ -13,9 +13,19 @@ import click
 
 from stokesfibers.cli.failure import guarded
 from stokesfibers.cli.options import RUN, quiet_option, run_argument
+from stokesfibers.cli.replacing import replacing
+from stokesfibers.cli.typed import named_as_typed
 
 if TYPE_CHECKING:
     from stokesfibers.studio.movie import Watch
+
+_TYPED = {
+    "colour": "--color",
+    "from": "--from",
+    **{name: f"--{name}" for name in ("fps", "duration", "size", "dpi", "view", "orbit", "series")},
+    "workers": "--workers",
+}
+"""What the film calls them, and the options."""
 
 
 @click.command(short_help="Write a movie of a run, mp4 or gif.")
@@ -43,7 +53,7 @@ def movie(
     """Write a movie of the run in the folder RUN to the file OUT, .mp4 or .gif.
 
     One frame is one record; nothing is interpolated. Record positions more often for a smoother
-    one. Below the fibers runs a series with a marker.
+    one. Below the fibers runs a series with a marker. A file that is there already is replaced.
     """
     from stokesfibers.io.reader import open_run
     from stokesfibers.studio.movie import Film
@@ -57,10 +67,11 @@ def movie(
         given = {"size": (800, 450), "dpi": 95, **given}
     if size is not None:
         given["size"] = _size(size)
-    film = Film(**given, ground="dark" if dark else "light")
-    with _bar(quiet=quiet) as watch:
-        write(data, out, film, watch=watch)
-    click.echo(out)
+    with named_as_typed(_TYPED), replacing(out, quiet=quiet):
+        film = Film(**given, ground="dark" if dark else "light")
+        with _bar(quiet=quiet) as watch:
+            write(data, out, film, watch=watch)
+        click.echo(out)
 
 
 def _size(given: str) -> tuple[int, int]:

@@ -13,11 +13,16 @@ from stokesfibers.cli.words import heading, lines
 @click.command(short_help="Write a case file to start from.")
 @click.argument("name", required=False)
 @click.option(
-    "--out", type=click.Path(path_type=Path), help="File to write; by default NAME.toml here."
+    "--out",
+    type=click.Path(path_type=Path),
+    help="File to write, by default NAME.toml here; one that exists is never replaced.",
 )
 @guarded
 def new(*, name: str | None, out: Path | None) -> None:
-    """Write a copy of the shipped case NAME, to be edited and run; without NAME list them."""
+    """Write a copy of the shipped case NAME, to be edited and run; without NAME list them all.
+
+    A sweep, such as sweeps/buckling, comes with the case that it varies.
+    """
     from stokesfibers.config.shipped import about, copied, shipped_cases
 
     if name is None:
@@ -27,8 +32,5 @@ def new(*, name: str | None, out: Path | None) -> None:
         return
     written = copied(name, out)
     click.echo("\n".join(map(str, written)))
-    stem = written[0].stem
-    command = f"sweep {written[0]} --out {stem}"
-    if not name.startswith("sweeps/"):
-        command = f"run {written[0]} --out {stem}.zarr"
-    click.echo(f"Next: stokesfibers {command}", err=True)
+    command = "sweep" if name.startswith("sweeps/") else "run"
+    click.echo(f"Next: stokesfibers {command} {written[0]}", err=True)

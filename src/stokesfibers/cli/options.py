@@ -6,25 +6,32 @@ from pathlib import Path
 
 import click
 
+from stokesfibers.cli.kinds import expecting
+
 RUN = click.Path(path_type=Path)
 
-case_argument = click.argument("case", type=click.Path(path_type=Path))
-run_argument = click.argument("run", type=RUN)
+case_argument = click.argument("case", type=RUN, callback=expecting("case"))
+run_argument = click.argument("run", type=RUN, callback=expecting("run"))
+sweep_argument = click.argument("file", metavar="SWEEP.toml", type=RUN, callback=expecting("sweep"))
+folder_argument = click.argument("folder", metavar="DIR", type=RUN, callback=expecting("folder"))
 set_option = click.option(
     "--set",
     "settings",
     multiple=True,
     metavar="TABLE.KEY=VALUE",
-    help="Change the case, e.g. fluid.mu_bar=3e5. May be given several times.",
+    help="Change a key of the case, e.g. fluid.mu_bar=3e5; may be given several times.",
 )
 python_option = click.option(
-    "--allow-python", is_flag=True, help="Let the case run the Python file of its flow."
+    "--allow-python", is_flag=True, help="Let the case run Python files: of its flow, of its load."
 )
 quiet_option = click.option(
     "-q", "--quiet", is_flag=True, help="Print nothing but what went wrong."
 )
 threads_option = click.option(
-    "--threads", type=click.IntRange(min=1), help="Threads to use; results do not depend on them."
+    "--threads",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Threads to use; results do not depend on them.",
 )
 mpi_option = click.option(
     "--mpi/--no-mpi",

@@ -12,6 +12,8 @@ import click
 
 from stokesfibers.cli.failure import guarded
 from stokesfibers.cli.options import RUN, run_argument
+from stokesfibers.cli.replacing import replacing
+from stokesfibers.cli.typed import named_as_typed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,6 +26,11 @@ _PARAMETERS = {
     "color": ("colour",),
 }
 """What figures call the options that are not called alike; the first takes several values."""
+_TYPED = {
+    **{name: f"--{name}" for name in ("dpi", "plane", "at", "points", "after", "block")},
+    **{name: f"--{option}" for option, names in _PARAMETERS.items() for name in names},
+    "path": "--out",
+}
 
 
 @click.command(short_help="Draw a figure of a run.")
@@ -37,9 +44,14 @@ _PARAMETERS = {
 @click.option("--dark", is_flag=True, help="Draw on a dark ground, for screens and slides.")
 @click.option("--dpi", type=int, default=200, show_default=True, help="Dots per inch of a png.")
 @click.option(
-    "--time", type=float, multiple=True, help="When; several times for shapes and the like."
+    "--time",
+    type=float,
+    multiple=True,
+    help="Time shown, or the nearest recorded; shapes and the like take several.",
 )
-@click.option("--fiber", type=int, multiple=True, help="Which fiber; several for shapes.")
+@click.option(
+    "--fiber", type=int, multiple=True, help="Number of the fiber, from 0; shapes takes several."
+)
 @click.option("--plane", help="shapes, panels, slice: xy, xz, yz or turned round; by default xy.")
 @click.option("--color", help="3d: tension (the default), curvature, orientation or fiber.")
 @click.option("--after", type=float, help="averages: from when on; by default the second half.")
@@ -52,7 +64,7 @@ _PARAMETERS = {
 )
 @guarded
 def plot(*, run: Path, kind: str, out: Path | None, dark: bool, dpi: int, **options: Any) -> None:
-    """Draw a figure of the run in the folder RUN.
+    """Draw a figure of the run in the folder RUN; one that is there already is replaced.
 
     KIND is shapes (over one another), panels (one for each time), tension, stress, energy,
     3d (a snapshot in the cell), orientation, order (the orientation tensor against time),
@@ -62,12 +74,14 @@ def plot(*, run: Path, kind: str, out: Path | None, dark: bool, dpi: int, **opti
     """
     from stokesfibers.io.reader import open_run
     from stokesfibers.plot import DARK, LIGHT, on, save
+    from stokesfibers.plot.style import checked_path
 
     data = open_run(run)
     draw = _drawing(data, kind)
     given = _fitting(kind, draw, options)
     target = out or run.with_name(f"{run.stem}-{kind}.png")
-    with on(DARK if dark else LIGHT):
+    with named_as_typed(_TYPED), replacing(target), on(DARK if dark else LIGHT):
+        checked_path(target)
         click.echo(save(draw(data, **given), target, dpi))
 
 
@@ -146,15 +160,13 @@ def _slice(
     """Return the axes with the velocity in a plane; errors as the functions called."""
     import json
 
-    from stokesfibers.plot import plane_of, velocity_slice
+    from stokesfibers.plot import plane_of, select, velocity_slice
     from stokesfibers.problem.tables import problem_from_tables
-    from stokesfibers.run.velocity import velocity_from_run
+    from stokesfibers.studio.view_slice import plane_velocity
 
     problem = problem_from_tables(json.loads(data.attrs["case"]), allow_python=allow_python)
     grid = plane_of(data, axes=plane, at=at, time=time, points=points)
-    velocity = velocity_from_run(data, grid.points, time=grid.time, problem=problem)
-    if disturbance:
-        velocity = velocity - problem.flow.velocity(grid.points, grid.time)
+    velocity = plane_velocity(data, problem, grid, disturbance=disturbance)
     within = _NEAR * max(fiber.length for fiber in problem.fibers)
     ax = velocity_slice(
         grid.x,
@@ -163,12 +175,13 @@ def _slice(
         fibers=grid.fibers,
         within=within,
         axes=plane,
+        disturbance=disturbance,
     )
     normal = "xyz"[grid.directions[2]]
-    what = "disturbance velocity" if disturbance else "fluid velocity"
+    unit = select.unit_text(select.describe(data, "trajectory", "position"))
     ax.set_title(
-        f"{what}, $t = {grid.time:.6g}$, ${normal} = {grid.at:.3g}$\n"
-        f"bold: fibers within {within:.2g} of the plane",
+        f"{select.at_time(data, grid.time)}, ${normal} = {grid.at:.3g}${unit}\n"
+        f"thick: fibers within {within:.2g}{unit} of the plane",
         fontsize=7.5,
     )
     return ax

@@ -8,6 +8,8 @@ import click
 
 from stokesfibers.cli.failure import guarded
 from stokesfibers.cli.options import RUN, run_argument
+from stokesfibers.cli.replacing import replacing
+from stokesfibers.cli.typed import named_as_typed
 
 
 @click.command(short_help="Write a page with numbers, figures and origin of a run.")
@@ -23,6 +25,7 @@ def report(*, run: Path, out: Path | None, title: str | None, allow_python: bool
 
     It holds status and trust, figures that fit the case, health, the resolved case, where the run
     came from, how to reproduce it and what to cite. It can be mailed, printed and read offline.
+    A report that is there already is replaced.
     """
     from stokesfibers.io.reader import open_run
     from stokesfibers.studio.report import report as write
@@ -30,4 +33,5 @@ def report(*, run: Path, out: Path | None, title: str | None, allow_python: bool
     data = open_run(run)
     target = out or run.with_name(f"{run.stem}.html")
     name = title or run.resolve().name
-    click.echo(write(data, target, name=name, allow_python=allow_python))
+    with replacing(target), named_as_typed({"path": "--out"}):
+        click.echo(write(data, target, name=name, allow_python=allow_python))

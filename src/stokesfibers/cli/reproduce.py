@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stokesfibers.cli.failure import DONE, INTERRUPTED, OUR_FAULT, complain, guarded
+from stokesfibers.cli.replacing import files_in, say_replaced
 from stokesfibers.cli.words import lines, number
 
 if TYPE_CHECKING:
@@ -22,12 +23,17 @@ _COLOURS = {"agrees": "green", "differs": "red", "known difference": "yellow"}
 
 @click.command(short_help="Reproduce figures and numbers of the paper.")
 @click.argument("names", nargs=-1, metavar="[NAME ... | all | list]")
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for figures and numbers.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Folder for figures and numbers; must be given."
+)
 @click.option("--quick", is_flag=True, help="Coarser and shorter runs, in seconds.")
-@click.option("--seed", type=int, help="Seed of what is random; nothing is in the paper's figures.")
+@click.option(
+    "--seed", type=int, help="Seed of what is drawn at random; where nothing is, it has no effect."
+)
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
+    metavar="N",
     default=1,
     show_default=True,
     help="Processes that compute independent runs.",
@@ -43,10 +49,11 @@ def reproduce(
     workers: int,
     as_json: bool,
 ) -> int:
-    """Reproduce figures of the paper; 'list' names them.
+    """Reproduce figures of the paper, and studies beyond it; 'list' names them.
 
     Each leaves pictures, data and the paper's numbers beside ours in the folder --out. Runs that
-    are there already are used again, and interrupted ones continued.
+    are there already are used again, and interrupted ones continued; pictures and numbers are
+    replaced.
     """
     from stokesfibers.experiments.registry import EXPERIMENTS
 
@@ -56,7 +63,7 @@ def reproduce(
         return DONE
     chosen = _chosen(names, EXPERIMENTS)
     folder = _folder(out)
-    found = []
+    before, found = files_in(folder), []
     for experiment in chosen:
         try:
             with _progress(experiment.name) as progress:
@@ -71,6 +78,8 @@ def reproduce(
             _say(summary, folder)
     if as_json:
         click.echo(json.dumps(found, indent=2, allow_nan=False))
+    made = {folder / file for summary in found for file in summary["files"]}
+    say_replaced(sorted(before & made))
     differing = [summary["name"] for summary in found if summary["verdict"] == "differs"]
     if differing:
         complain(f"{', '.join(differing)}: numbers differ from the paper. Please report it.")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 import click
@@ -40,7 +41,8 @@ def resume(
     quiet: bool,
 ) -> int:
     """Go on with the run in the folder RUN; the result is bitwise that of a run without a stop."""
-    from stokesfibers.cli.ending import say_how_it_ended
+    started = perf_counter()
+    from stokesfibers.cli.ending import Spent, say_how_it_ended
     from stokesfibers.core.checks import positive
     from stokesfibers.io.store import RunStore
     from stokesfibers.run.progress import progress
@@ -50,6 +52,7 @@ def resume(
     def work(team: AbstractTeam) -> int:
         store = RunStore.open(run)
         stored = stored_case(store)["stepping"]["until"]
+        before = store.lengths["numerics"]
         end = stored if until is None else positive("--until", until)
         bar = nullcontext() if quiet else progress(end, start=min(store.status["time"], end))
         with bar as watch:
@@ -63,6 +66,7 @@ def resume(
             )
         if not quiet and store.status == result.status.to_dict():
             click.echo("There was nothing left to do; --until sets a later end.")
-        return say_how_it_ended(result, run, quiet=quiet)
+        spent = Spent(perf_counter() - started, before)
+        return say_how_it_ended(result, run, spent, quiet=quiet)
 
     return on_ranks(work, mpi=mpi, threads=threads)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 import click
@@ -26,9 +27,14 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Run a case and store it.")
 @case_argument
-@click.option("--out", required=True, type=RUN, help="Folder of the run to make, e.g. run.zarr.")
+@click.option(
+    "--out",
+    type=RUN,
+    metavar="RUN",
+    help="Folder of the run to make, by default CASE with .zarr for .toml.",
+)
 @set_option
-@click.option("--overwrite", is_flag=True, help="Replace the run that is at --out.")
+@click.option("--overwrite", is_flag=True, help="Replace the run that is there.")
 @python_option
 @threads_option
 @mpi_option
@@ -37,7 +43,7 @@ if TYPE_CHECKING:
 def run(
     *,
     case: Path,
-    out: Path,
+    out: Path | None,
     settings: tuple[str, ...],
     overwrite: bool,
     allow_python: bool,
@@ -45,31 +51,39 @@ def run(
     mpi: bool | None,
     quiet: bool,
 ) -> int:
-    """Run the case file CASE and store what happens in the folder --out.
+    """Run the case file CASE and store what happens in a folder.
 
-    Ctrl-C stores what there is; 'stokesfibers resume' goes on from there.
+    Without --out the folder is called as the case, here: buckling.toml gives buckling.zarr. A run
+    that is there already is kept, unless --overwrite is given.
 
-    'mpirun -n P stokesfibers run CASE --out RUN' shares the work among P processes.
+    Ctrl-C stores what there is; 'stokesfibers resume RUN' goes on from there.
+
+    'mpirun -n P stokesfibers run CASE' shares the work among P processes.
     """
-    from stokesfibers.cli.ending import say_how_it_ended
+    started = perf_counter()
+    from stokesfibers.cli.ending import Spent, say_how_it_ended
     from stokesfibers.cli.words import warn
     from stokesfibers.config.case import load_case
     from stokesfibers.problem.checks import doubts
     from stokesfibers.run.progress import progress
     from stokesfibers.run.simulate import simulate
 
+    place = Path(f"{case.stem}.zarr") if out is None else out
+
     def work(team: AbstractTeam) -> int:
         loaded = load_case(case, settings, allow_python=allow_python)
         if not quiet:
             for doubt in doubts(loaded.problem, loaded.plan()):
                 warn(str(doubt))
+            if out is None:
+                click.echo(f"Storing in {place}.")
         with nullcontext() if quiet else progress(loaded.until) as watch:
             result = simulate(
                 loaded.problem,
                 loaded.curves(),
                 until=loaded.until,
                 record=loaded.record,
-                out=out,
+                out=place,
                 overwrite=overwrite,
                 case=loaded.tables(),
                 watch=watch,
@@ -77,6 +91,6 @@ def run(
                 threads=threads,
                 team=team,
             )
-        return say_how_it_ended(result, out, quiet=quiet)
+        return say_how_it_ended(result, place, Spent(perf_counter() - started), quiet=quiet)
 
     return on_ranks(work, mpi=mpi, threads=threads)

@@ -61,7 +61,7 @@ def _say(facts: dict[str, Any], run: Path) -> None:
     for text in (status["explanation"], status["hint"]):
         if text:
             click.echo(f"  {text.rstrip('.')}.")
-    _say_trust(status)
+    _say_trust(status, watched=any(e["name"] == "energy_error" for e in facts["extremes"]))
     heading("Records")
     lines(_record_rows(facts))
     if facts["extremes"]:
@@ -78,15 +78,18 @@ def _say(facts: dict[str, Any], run: Path) -> None:
     click.echo(f"\n{_advice(status['code'], run)}")
 
 
-def _say_trust(status: dict[str, Any]) -> None:
-    """Print whether the result can be trusted; runs of older versions do not know.
+def _say_trust(status: dict[str, Any], *, watched: bool) -> None:
+    """Print whether the result can be trusted; runs of older versions, not `watched`, do not know.
 
     Some of them called each run trusted that they had no doubts about, also one that failed.
     """
     from stokesfibers.core.status import Status
 
     held = Status.from_dict(status)
-    if held.trust == "trusted" and held.code not in ("done", "interrupted"):
+    if held.code not in ("done", "interrupted") and held.trust != "doubtful":
+        if watched:
+            until = "until then" if held.code == "failed" else "so far"
+            click.echo(f"  What the run watches of its own error was within limits {until}.")
         return
     if held.trust == "trusted":
         click.secho("trusted", fg="green", bold=True, nl=False)
@@ -227,7 +230,11 @@ def _record_rows(facts: dict[str, Any]) -> Iterator[tuple[str, ...]]:
     observables = every.get("observables_every", positions / 10.0)
     yield "positions", str(records["trajectory"]), f"every {number(positions)}"
     yield "observables", str(records["observables"]), f"every {number(observables)}"
-    yield "steps", str(records["numerics"]), f"{duration(facts['wall_seconds'])} of wall time"
+    yield (
+        "steps",
+        str(records["numerics"]),
+        f"in {duration(facts['wall_seconds'])}, without recording and checks",
+    )
     steps = facts["steps"]
     if steps:
         rejected = f", {steps['rejected']} rejected" if steps["rejected"] else ""

@@ -4,11 +4,20 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from stokesfibers.cli.failure import DONE, INTERRUPTED, RUN_FAILED, complain, guarded
-from stokesfibers.cli.options import python_option, quiet_option, set_option
+from stokesfibers.cli.options import (
+    RUN,
+    folder_argument,
+    python_option,
+    quiet_option,
+    set_option,
+    sweep_argument,
+)
+from stokesfibers.cli.replacing import replacing
 from stokesfibers.cli.sweep_words import (
     bar,
     facts,
@@ -21,11 +30,25 @@ from stokesfibers.cli.sweep_words import (
 )
 from stokesfibers.cli.words import plural
 
-FOLDER = click.Path(path_type=Path)
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class _Sweep(click.Group):
-    """``sweep SWEEP.toml`` is ``sweep run SWEEP.toml``."""
+    """``sweep SWEEP.toml`` is ``sweep run SWEEP.toml``, and its help shows the options of both."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
+        return list(self.commands)
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        options = [
+            option.get_help_record(ctx)
+            for option in self.commands["run"].get_params(ctx)
+            if isinstance(option, click.Option)
+        ]
+        with formatter.section("Options"):
+            formatter.write_dl([record for record in options if record])
+        self.format_commands(ctx, formatter)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         if args and args[0] not in (*self.commands, *ctx.help_option_names):
@@ -38,24 +61,34 @@ class _Sweep(click.Group):
     cls=_Sweep,
     short_help="Run many cases and gather one dataset; see how they stand.",
     options_metavar="",
-    subcommand_metavar="SWEEP.toml [OPTIONS] | COMMAND ...",
+    subcommand_metavar="SWEEP.toml [OPTIONS] | COMMAND DIR [OPTIONS]",
 )
 def sweep() -> None:
-    """Run many cases that differ in a few parameters, and gather one dataset.
+    """Run the cases of the sweep file SWEEP.toml and gather what they give in one dataset.
 
-    'stokesfibers sweep SWEEP.toml' runs the sweep file; its options: 'stokesfibers sweep run -h'.
-    The same command goes on after Ctrl-C or a kill, and after SWEEP.toml was edited.
+    All cases are checked before the first one runs. The same command goes on after Ctrl-C or a
+    kill, and after SWEEP.toml was edited: what is finished is kept.
+
+    'stokesfibers new sweeps/buckling' writes a sweep file to start from.
     """
 
 
-@sweep.command("run", short_help="Run a sweep file; the word 'run' may be left out.")
-@click.argument("file", metavar="SWEEP.toml", type=FOLDER)
+netcdf_option = click.option(
+    "--netcdf",
+    type=RUN,
+    help="Write the dataset to this NetCDF file too; one that is there is replaced.",
+)
+
+
+@sweep.command("run", short_help="The same as without 'run': sweep run SWEEP.toml [OPTIONS].")
+@sweep_argument
 @click.option(
-    "--out", type=FOLDER, help="Folder of the sweep; by default the file's name without .toml."
+    "--out", type=RUN, help="Folder of the sweep; by default the file's name without .toml."
 )
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
+    metavar="N",
     help="Processes, by default one per core; 1 needs no Dask. Results do not depend on them.",
 )
 @click.option(
@@ -66,7 +99,7 @@ def sweep() -> None:
 @set_option
 @click.option("--retry", is_flag=True, help="Try cases that failed for good again.")
 @click.option("--dry-run", is_flag=True, help="Check all cases and list them; run nothing.")
-@click.option("--netcdf", type=FOLDER, help="Write the dataset to this NetCDF file too.")
+@netcdf_option
 @python_option
 @quiet_option
 @guarded
@@ -89,11 +122,13 @@ def run_sweep(
     goes on from there.
     """
     from stokesfibers.study.sweep import changes, sweep
+    from stokesfibers.study.sweep_netcdf import check_netcdf
     from stokesfibers.study.sweep_plan import read_plan
     from stokesfibers.study.sweep_workers import has_dask
 
     plan = read_plan(file, settings, allow_python=allow_python)
     folder = Path(file.stem) if out is None else out
+    check_netcdf(netcdf)
     if not quiet:
         say_changes(changes(folder, plan), len(plan.cases), folder)
     if dry_run:
@@ -111,13 +146,13 @@ def run_sweep(
             retry=retry,
             watch=watch,
         )
-    if netcdf is not None:
-        data.to_netcdf(netcdf, engine="scipy")
-    return _say_how_it_ended(data.attrs, folder, quiet=quiet)
+    code = _say_how_it_ended(data.attrs, folder, quiet=quiet)
+    _write_netcdf(data, netcdf, quiet=quiet)
+    return code
 
 
-@sweep.command("status", short_help="Say how the cases of a sweep stand.")
-@click.argument("folder", metavar="DIR", type=FOLDER)
+@sweep.command("status", short_help="Say how its cases stand: sweep status DIR [--json].")
+@folder_argument
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @guarded
 def status(*, folder: Path, as_json: bool) -> None:
@@ -134,19 +169,28 @@ def status(*, folder: Path, as_json: bool) -> None:
         say_tally(found, folder, plan.source)
 
 
-@sweep.command("collect", short_help="Make the dataset of a sweep anew from its runs.")
-@click.argument("folder", metavar="DIR", type=FOLDER)
-@click.option("--netcdf", type=FOLDER, help="Write the dataset to this NetCDF file too.")
+@sweep.command("collect", short_help="Make its dataset anew: sweep collect DIR [--netcdf PATH].")
+@folder_argument
+@netcdf_option
 @guarded
 def collect(*, folder: Path, netcdf: Path | None) -> None:
     """Make DIR/sweep.zarr anew from the runs in DIR, for instance after a kill."""
     from stokesfibers.study.sweep import collect as gather
+    from stokesfibers.study.sweep_netcdf import check_netcdf
 
+    check_netcdf(netcdf)
     data = gather(folder)
-    if netcdf is not None:
-        data.to_netcdf(netcdf, engine="scipy")
     done = f"{data.attrs['done']} of {plural(data.attrs['cases'], 'case')}"
     click.echo(f"{folder / 'sweep.zarr'} holds {done}.")
+    _write_netcdf(data, netcdf)
+
+
+def _write_netcdf(data: xr.Dataset, file: Path | None, *, quiet: bool = False) -> None:
+    from stokesfibers.study.sweep_netcdf import write_netcdf
+
+    if file is not None:
+        with replacing(file, quiet=quiet):
+            write_netcdf(data, file)
 
 
 def _say_how_it_ended(attributes: dict[str, int | str], folder: Path, *, quiet: bool) -> int:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import click
 
 from stokesfibers.cli.failure import DONE, INTERRUPTED, OUR_FAULT, complain, guarded
+from stokesfibers.cli.replacing import files_in, say_replaced
 from stokesfibers.cli.words import duration, lines, warn
 
 if TYPE_CHECKING:
@@ -27,11 +28,18 @@ _SHOWN = ("quantity", "theirs", "ours", "error", "tolerance", "verdict")
 @click.command(short_help="Hold the solver against exact answers and published numbers.")
 @click.argument("what", required=False, type=click.Choice(["list"]), metavar="[list]")
 @click.option("--quick/--full", default=True, help="A minute, or all published figures too: hours.")
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for tables, and for runs.")
-@click.option("--only", multiple=True, metavar="NAME", help="This entry; may be given repeatedly.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    help="Folder for the tables and the runs; by default nothing is kept.",
+)
+@click.option(
+    "--only", multiple=True, metavar="NAME", help="Only this entry; may be given several times."
+)
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
+    metavar="N",
     default=1,
     show_default=True,
     help="Processes that compute independent runs.",
@@ -50,8 +58,9 @@ def validate(
     """Hold the solver against exact answers, published numbers and independent calculations.
 
     Every number is printed beside the one it is held against, with the error, what is allowed and
-    a verdict. 'list' names the entries. With --out the tables are written as markdown, CSV and
-    JSON, and runs are kept there and used again. Exit code 0 only if nothing differs or fails.
+    a verdict. 'list' names the entries. With --out the tables are written, or replaced, as
+    markdown, CSV and JSON, and runs are kept there and used again. Exit code 0 only if nothing
+    differs or fails.
     """
     from stokesfibers.study.validation.registry import ENTRIES
     from stokesfibers.study.validation.suite import chosen
@@ -111,7 +120,9 @@ def _end(report: Report, out: Path | None, *, as_json: bool) -> None:
     held = as_dict(report)
     click.echo(json.dumps(held, indent=1, allow_nan=False) if as_json else summary(held))
     if out is not None:
+        before = files_in(out)
         paths = write(report, out)
+        say_replaced(path for path in paths if path in before)
         if not as_json:
             click.echo(f"files: {', '.join(map(str, paths))}")
     if held["counts"]["not run"]:

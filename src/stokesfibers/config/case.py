@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from stokesfibers.config.keys import refuse_misplaced
 from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import Table, as_table, build, choose, refuse_unknown, to_table
@@ -134,12 +135,14 @@ def apply_setting(tables: Table, setting: str) -> None:
     Raises
     ------
     InputError
-        If the text has another form or its path leads through something that is no table.
+        If the text has another form, its key belongs to another table, or its path leads through
+        something that is no table.
     """
     path, separator, text = setting.partition("=")
     steps = _steps(path) if separator else []
     if not steps or not isinstance(steps[-1], str):
         raise InputError("--set", "table.key=value", repr(setting))
+    refuse_misplaced(path.strip(), setting)
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:

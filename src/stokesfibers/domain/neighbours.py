@@ -106,7 +106,7 @@ def _strangers(
 ) -> Neighbours:
     plain = points[first] - points[second]
     shift = domain.nearest_image(plain) - plain
-    strange = (first // nodes != second // nodes) | np.any(np.abs(shift) > 1e-9, axis=1)
+    strange = (first // nodes != second // nodes) | np.any(shift != 0.0, axis=1)
     return Neighbours(first[strange], second[strange], shift[strange])
 
 

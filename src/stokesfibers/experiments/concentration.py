@@ -15,14 +15,16 @@ import xarray as xr
 
 from stokesfibers.experiments import runs
 from stokesfibers.experiments.base import Row, Settings
-from stokesfibers.experiments.sheared_cells import (
-    NAMES,
-    CellRun,
-    averaged,
-    dilute_stress,
-    stresses,
-    uniform,
+from stokesfibers.experiments.cell_averages import (
+    SHOWN,
+    Averages,
+    draw,
+    legend,
+    note,
+    unsettled,
+    variables,
 )
+from stokesfibers.experiments.sheared_cells import NAMES, CellRun, stresses, uniform
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,8 +33,7 @@ if TYPE_CHECKING:
 MU_BARS = {"stiff": 1e3, "flexible": 5e4}
 _FULL = (0.05, 0.25, 0.5, 1.0, 2.0)
 _QUICK = (0.05, 1.0)
-_SHOWN = 1.0  # concentration whose series are drawn
-_SYMBOLS = {"viscosity": r"$\eta_{\mathrm{sp}}$", "n1": r"$N_1/\mu\dot\gamma$"}
+_DRAWN = 1.0  # concentration whose series are drawn
 
 
 def planned(kind: str, concentration: float, *, quick: bool) -> list[CellRun]:
@@ -54,28 +55,18 @@ def run(settings: Settings) -> xr.Dataset:
     }
     every = [one for plan in plans.values() for one in plan]
     trees = dict(zip([one.name for one in every], runs.finished(every, settings), strict=True))
-    shape = len(MU_BARS), len(concentrations), len(NAMES)
-    mean, error = np.empty(shape), np.empty(shape)
-    start, alone = np.empty(shape), np.empty(shape)
-    drawn, time = [], np.empty(0)
-    for i, kind in enumerate(MU_BARS):
-        for j, c in enumerate(concentrations):
-            plan = plans[kind, c]
-            found = [trees[one.name] for one in plan]
-            mean[i, j], error[i, j] = averaged(found, plan, 0.5 * plan[0].until)
-            start[i, j] = stresses(found[0], plan[0])[1][:, 0]
-            alone[i, j] = dilute_stress(found[0], plan[0])
-            if c == _SHOWN:
-                series = [stresses(tree, one) for tree, one in zip(found, plan, strict=True)]
-                drawn.append(np.mean([values for _, values in series], axis=0))
-                time = series[0][0]
-    axes = ("kind", "concentration", "quantity")
+    found, drawn, time = [], [], np.empty(0)
+    for (_, c), plan in plans.items():
+        own = [trees[one.name] for one in plan]
+        found.append(Averages.of(own, plan))
+        if c == _DRAWN:
+            series = [stresses(tree, one) for tree, one in zip(own, plan, strict=True)]
+            drawn.append(np.mean([values for _, values in series], axis=0))
+            time = series[0][0]
+    axes = {"kind": len(MU_BARS), "concentration": len(concentrations)}
     return xr.Dataset(
         {
-            "mean": (axes, mean),
-            "error": (axes, error),
-            "start": (axes, start),
-            "alone": (axes, alone),
+            **variables(found, axes),
             "series": (("kind", "quantity", "time"), drawn),
         },
         coords={
@@ -99,7 +90,7 @@ def figure(data: xr.Dataset) -> Figure:
 
     axes = new_panels(1, 3, width=PAGE, height=2.4)[0]
     with style():
-        for ax, quantity in zip(axes, _SYMBOLS, strict=False):
+        for ax, quantity in zip(axes, SHOWN, strict=False):
             _draw_averages(ax, data, quantity)
         _draw_series(axes[2], data)
     return axes[0].figure
@@ -111,50 +102,42 @@ def _draw_averages(ax: Axes, data: xr.Dataset, quantity: str) -> None:
     c = data["concentration"].to_numpy()
     for number, kind in enumerate(data["kind"].to_numpy()):
         one = data.sel(kind=kind, quantity=quantity)
-        ax.errorbar(
-            c,
-            one["mean"] / c,
-            one["error"] / c,
-            fmt="o-",
-            color=PALETTE[number],
-            markersize=3.0,
-            capsize=2.0,
-            linewidth=0.8,
-            label=rf"{kind}, $\bar\mu={MU_BARS[str(kind)]:g}$",
-        )
+        over = one.assign(mean=one["mean"] / c, error=one["error"] / c)
+        label = rf"{kind}, $\bar\mu={MU_BARS[str(kind)]:g}$"
+        draw(ax, c, over, fmt="o-", color=PALETTE[number], label=label)
     ax.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
-    ax.set(xscale="log", xlabel="$nL^3$", ylabel=f"{_SYMBOLS[quantity]} $/\\,nL^3$")
-    ax.legend(fontsize=6.5)
+    ax.set(xscale="log", xlabel="$nL^3$", ylabel=f"{SHOWN[quantity]} $/\\,nL^3$")
+    legend(ax, data)
 
 
 def _draw_series(ax: Axes, data: xr.Dataset) -> None:
     from stokesfibers.plot.style import PALETTE
 
     for number, kind in enumerate(data["kind"].to_numpy()):
-        for quantity, dash in zip(_SYMBOLS, ("-", (0, (3, 1.5))), strict=True):
+        for quantity, dash in zip(SHOWN, ("-", (0, (3, 1.5))), strict=True):
             one = data["series"].sel(kind=kind, quantity=quantity)
             ax.plot(data["time"], one, color=PALETTE[number], linestyle=dash, linewidth=0.8)
-    for quantity, dash in zip(_SYMBOLS, ("-", (0, (3, 1.5))), strict=True):
-        ax.plot([], [], color="0.4", linestyle=dash, label=_SYMBOLS[quantity])
+    for quantity, dash in zip(SHOWN, ("-", (0, (3, 1.5))), strict=True):
+        ax.plot([], [], color="0.4", linestyle=dash, label=SHOWN[quantity])
     ax.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
-    ax.set(xlabel="strain", ylabel=f"stress, $nL^3={_SHOWN:g}$")
+    ax.set(xlabel="strain", ylabel=f"stress, $nL^3={_DRAWN:g}$")
     ax.legend(fontsize=6.5)
 
 
 def check(data: xr.Dataset) -> Sequence[Row]:
-    """Compare the dilute start with its exact answer; state the averages."""
+    """Compare the dilute start with its exact answer; state the averages and if they settled."""
     rows = []
     for kind in data["kind"].to_numpy():
         for c in data["concentration"].to_numpy():
             one = data.sel(kind=kind, concentration=c)
             where = f"{kind}, n L^3 = {c:g}"
-            for quantity in ("viscosity", "n1"):
-                value, bar = (float(one[v].sel(quantity=quantity)) for v in ("mean", "error"))
-                note = f"+- {bar:.2g}, {data.attrs['seeds']} seeds of {data.attrs['count']} fibers."
-                rows.append(Row(f"{quantity} / (n L^3), {where}", value / c, note=note))
+            for quantity in SHOWN:
+                mean = one.sel(quantity=quantity)
+                name = f"{quantity} / (n L^3), {where}"
+                rows.append(Row(name, float(mean["mean"]) / c, note=note(data, mean, c)))
         first = data.sel(kind=kind).isel(concentration=0).sel(quantity="viscosity")
         ratio = float(first["start"] / first["alone"])
         told = "Straight fibers that do not feel each other, in closed form."
         name = f"viscosity at the start over its dilute limit, {kind}, least n L^3"
         rows.append(Row(name, ratio, 1.0, 0.97, 1.03, told))
-    return rows
+    return [*rows, unsettled(data)]

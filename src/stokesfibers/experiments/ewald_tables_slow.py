@@ -1,4 +1,4 @@
-"""Slow sums that `ewald` is held against; nothing is shared with the fast one.
+"""Slow sums that the fast one is held against; nothing is shared with it.
 
 Velocities are times 8 pi mu, ``S(r) = (I + rr/r^2)/r``; a point feels its images, not itself.
 
@@ -7,7 +7,7 @@ Velocities are times 8 pi mu, ``S(r) = (I + rr/r^2)/r``; a point feels its image
   ``(P + 1/2)^-2``, which Richardson's extrapolation takes out (`extrapolated`).
 - Two: lines of such sums. Lines farther than six periods are two-dimensional Stokeslets, to
   ``exp(-12 pi)``; pairs of lines fall as m^-2 and are extrapolated as well.
-- Three: Hasimoto's series (1959), all terms, at a split of its own.
+- Three: Hasimoto's series (1959), all terms, at a split of its own, for any lattice.
 """
 
 from __future__ import annotations
@@ -134,33 +134,23 @@ def two_directions(pairs: Pairs, periods: Sequence[float]) -> Array:
 
 
 def three_directions(pairs: Pairs, periods: Sequence[float]) -> Array:
-    """Return Hasimoto's sum over the images of a cell with right angles, (m, 3); mean flow zero."""
-    sides = np.array(periods, dtype=float)
-    volume = float(np.prod(sides))
+    """Return the sum over the images of a cell with right angles, (m, 3); mean flow zero."""
+    return lattice(pairs, np.diag(np.array(periods, dtype=float)))
+
+
+def lattice(pairs: Pairs, vectors: Array) -> Array:
+    """Return Hasimoto's sum over the images along the rows of `vectors` (3, 3); mean flow zero."""
+    volume = abs(float(np.linalg.det(vectors)))
     xi = np.sqrt(np.pi) / volume ** (1.0 / 3.0)
-    reach, k_max = _REACH / xi, 2.0 * _REACH * xi
-
-    def near(r2: Array) -> tuple[Array, Array]:
-        across, along = np.zeros_like(r2), np.zeros_like(r2)
-        within = r2 < reach**2
-        inverse, cube = _stokeslet(r2[within])
-        r = np.sqrt(r2[within])
-        outer = erfc(xi * r)
-        bump = 2.0 * xi / np.sqrt(np.pi) * np.exp(-((xi * r) ** 2))
-        # a point's own far part is taken off where its near part would be
-        across[within] = np.where(r > 0.0, outer * inverse - bump, -2.0 * bump)
-        along[within] = outer * cube + bump * inverse**2
-        return across, along
-
     found = np.zeros(pairs.targets.shape)
-    steps = [range(-n, n + 1) for n in np.ceil(reach / sides).astype(int) + 1]
-    for image in product(*steps):
-        shift = np.array(image) * sides
-        if _least(pairs, shift) < reach:
-            found += pairs.summed(near, shift)
-    waves = [np.arange(-n, n + 1) for n in np.ceil(k_max * sides / (2.0 * np.pi)).astype(int)]
+    for image in product(*_images_within(pairs, vectors, _REACH / xi)):
+        shift = np.array(image) @ vectors
+        if _least(pairs, shift) < _REACH / xi:
+            found += pairs.summed(lambda r2: _damped(r2, xi), shift)
+    most = np.ceil(_REACH * xi * np.linalg.norm(vectors, axis=1) / np.pi).astype(int)
+    waves = [np.arange(-n, n + 1) for n in most]
     modes = np.stack(np.meshgrid(*waves, indexing="ij"), axis=-1).reshape(-1, 3)
-    k = 2.0 * np.pi * modes[np.any(modes != 0, axis=1)] / sides
+    k = 2.0 * np.pi * modes[np.any(modes != 0, axis=1)] @ np.linalg.inv(vectors).T
     k2 = np.einsum("ki,ki->k", k, k)
     y = 0.25 * k2 / xi**2
     weight = 8.0 * np.pi / k2 * (1.0 + y) * np.exp(-y) / volume
@@ -168,6 +158,28 @@ def three_directions(pairs: Pairs, periods: Sequence[float]) -> Array:
     force -= k * (np.einsum("ki,ki->k", k, force) / k2)[:, None]
     wave = np.exp(1j * pairs.targets @ k.T)
     return found + np.real(wave @ (weight[:, None] * force))
+
+
+def _damped(r2: Array, xi: float) -> tuple[Array, Array]:
+    """Return the near part of Hasimoto's split, as `_stokeslet`; at r = 0 less the far one."""
+    across, along = np.zeros_like(r2), np.zeros_like(r2)
+    within = r2 < (_REACH / xi) ** 2
+    inverse, cube = _stokeslet(r2[within])
+    r = np.sqrt(r2[within])
+    outer = erfc(xi * r)
+    bump = 2.0 * xi / np.sqrt(np.pi) * np.exp(-((xi * r) ** 2))
+    across[within] = np.where(r > 0.0, outer * inverse - bump, -2.0 * bump)
+    along[within] = outer * cube + bump * inverse**2
+    return across, along
+
+
+def _images_within(pairs: Pairs, vectors: Array, reach: float) -> list[range]:
+    """Return the numbers of images along each vector that may bring a source within `reach`."""
+    inverse = np.linalg.inv(vectors)
+    cells, wide = pairs.apart @ inverse, reach * np.linalg.norm(inverse, axis=0)
+    low = np.floor(-cells.max(axis=(0, 1)) - wide).astype(int)
+    high = np.ceil(-cells.min(axis=(0, 1)) + wide).astype(int)
+    return [range(first, last + 1) for first, last in zip(low, high, strict=True)]
 
 
 def _least(pairs: Pairs, shift: Array) -> float:

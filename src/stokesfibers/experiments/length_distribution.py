@@ -15,14 +15,16 @@ import xarray as xr
 
 from stokesfibers.experiments import runs
 from stokesfibers.experiments.base import Row, Settings
-from stokesfibers.experiments.sheared_cells import (
-    EPS,
-    NAMES,
-    CellRun,
-    averaged,
-    dilute_stress,
-    stresses,
+from stokesfibers.experiments.cell_averages import (
+    SHOWN,
+    Averages,
+    draw,
+    legend,
+    note,
+    unsettled,
+    variables,
 )
+from stokesfibers.experiments.sheared_cells import EPS, NAMES, CellRun
 from stokesfibers.fiber.parameters import Fiber
 
 if TYPE_CHECKING:
@@ -37,8 +39,6 @@ LENGTHS: dict[str, tuple[float, ...]] = {
 }
 _MU_BAR = 2e4
 _CONCENTRATION = 0.5
-_DRAWN = ("viscosity", "n1")
-_SYMBOLS = (r"$\eta_{\mathrm{sp}}$", r"$N_1/\mu\dot\gamma$")
 
 
 def groups(lengths: Sequence[float], count: int) -> tuple[Fiber, ...]:
@@ -70,21 +70,11 @@ def run(settings: Settings) -> xr.Dataset:
     names = ("one length", "0.5 and 1.5") if settings.quick else tuple(LENGTHS)
     plans = [planned(name, quick=settings.quick) for name in names]
     trees = runs.finished([one for plan in plans for one in plan], settings)
-    shape = len(names), len(NAMES)
-    mean, error = np.empty(shape), np.empty(shape)
-    start, alone = np.empty(shape), np.empty(shape)
-    for i, plan in enumerate(plans):
-        found = trees[i * len(plan) : (i + 1) * len(plan)]
-        mean[i], error[i] = averaged(found, plan, 0.5 * plan[0].until)
-        start[i] = stresses(found[0], plan[0])[1][:, 0]
-        alone[i] = dilute_stress(found[0], plan[0])
-    axes = ("distribution", "quantity")
+    own = len(plans[0])
+    found = [Averages.of(trees[i * own : (i + 1) * own], plan) for i, plan in enumerate(plans)]
     return xr.Dataset(
         {
-            "mean": (axes, mean),
-            "error": (axes, error),
-            "start": (axes, start),
-            "alone": (axes, alone),
+            **variables(found, {"distribution": len(names)}),
             "moment": (("distribution",), [third_moment(LENGTHS[name]) for name in names]),
         },
         coords={"distribution": list(names), "quantity": list(NAMES)},
@@ -103,9 +93,9 @@ def figure(data: xr.Dataset) -> Figure:
 
     axes = new_panels(1, 2, width=PAGE, height=2.3)[0]
     with style():
-        for ax, quantity, symbol in zip(axes, _DRAWN, _SYMBOLS, strict=True):
+        for ax, (quantity, symbol) in zip(axes, SHOWN.items(), strict=True):
             _draw(ax, data.sel(quantity=quantity), symbol)
-        axes[0].legend(fontsize=6.5)
+        legend(axes[0], data)
     return axes[0].figure
 
 
@@ -119,17 +109,8 @@ def _draw(ax: Axes, data: xr.Dataset, symbol: str) -> None:
         (-0.08, np.full(places.size, n), "$n\\langle L\\rangle^3$", PALETTE[0]),
         (0.08, per_moment, "$n\\langle L^3\\rangle$", PALETTE[1]),
     ):
-        ax.errorbar(
-            places + shift,
-            data["mean"] / unit,
-            data["error"] / unit,
-            fmt="o",
-            color=colour,
-            markersize=3.5,
-            capsize=2.0,
-            linewidth=0.8,
-            label=f"over {label}",
-        )
+        over = data.assign(mean=data["mean"] / unit, error=data["error"] / unit)
+        draw(ax, places + shift, over, color=colour, label=f"over {label}")
     ax.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
     ax.set_xticks(places, [str(d) for d in data["distribution"].to_numpy()])
     ax.set(xlabel="lengths, equally many", ylabel=symbol)
@@ -137,19 +118,19 @@ def _draw(ax: Axes, data: xr.Dataset, symbol: str) -> None:
 
 
 def check(data: xr.Dataset) -> Sequence[Row]:
-    """Compare the start with that of fibers by themselves; state the averages."""
+    """Compare the start with that of fibers by themselves; state averages, and if they settled."""
     rows = []
     told = "At the start, over that of straight fibers that do not feel each other: dilute."
     for name in data["distribution"].to_numpy():
         one = data.sel(distribution=name)
         volume = data.attrs["concentration"] * float(one["moment"])
-        for quantity in _DRAWN:
-            value, bar = (float(one[v].sel(quantity=quantity)) for v in ("mean", "error"))
-            note = f"+- {bar / volume:.2g}, {data.attrs['seeds']} seeds of {data.attrs['count']}."
-            rows.append(Row(f"{quantity} / (n <L^3>), {name}", value / volume, note=note))
+        for quantity in SHOWN:
+            mean = one.sel(quantity=quantity)
+            what = f"{quantity} / (n <L^3>), {name}"
+            rows.append(Row(what, float(mean["mean"]) / volume, note=note(data, mean, volume)))
         first = one.sel(quantity="viscosity")
         ratio = float(first["start"] / first["alone"])
         rows.append(
             Row(f"viscosity at the start over the dilute one, {name}", ratio, 1.0, 0.7, 1.3, told)
         )
-    return rows
+    return [*rows, unsettled(data)]

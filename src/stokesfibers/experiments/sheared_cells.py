@@ -1,4 +1,4 @@
-"""Suspensions in a sheared triply periodic cell: runs that studies share, and their averages.
+"""Suspensions in a sheared triply periodic cell: runs that studies share, and their stresses.
 
 Stresses are per volume, over mu rate: with n fibers of length L per volume a dilute suspension has
 values proportional to n L^3. Straight fibers start isotropic and keep apart by a steric repulsion.
@@ -6,7 +6,6 @@ values proportional to n L^3. Straight fibers start isotropic and keep apart by 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 
@@ -20,7 +19,6 @@ from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.fiber.suspension import Suspension
 from stokesfibers.flow import Shear
 from stokesfibers.load.steric import StericRepulsion
-from stokesfibers.observe.averages import block_average
 from stokesfibers.problem.engine import SpectralEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.run.schedule import Schedule
@@ -112,26 +110,6 @@ def stresses(tree: xr.DataTree, run: CellRun) -> tuple[Array, Array]:
     p = observed["particle_stress"].to_numpy() / (run.mu_bar / (8.0 * pi))
     values = p[:, 0, 1], p[:, 0, 0] - p[:, 1, 1], p[:, 1, 1] - p[:, 2, 2]
     return observed["time"].to_numpy(), np.stack(values)
-
-
-def averaged(
-    trees: Sequence[xr.DataTree], runs: Sequence[CellRun], after: float
-) -> tuple[Array, Array]:
-    """Return means and standard errors of the stresses over several seeds, (3,) each.
-
-    The error is the larger of what the blocks of each run tell and what the seeds' scatter tells.
-    """
-    means, errors = [], []
-    for tree, run in zip(trees, runs, strict=True):
-        time, values = stresses(tree, run)
-        late = time >= after - 1e-9
-        found = [block_average(time[late], one[late]) for one in values]
-        means.append([one.mean for one in found])
-        errors.append([one.error for one in found])
-    count = len(runs)
-    within = np.sqrt(np.square(errors).sum(axis=0)) / count
-    scatter = np.std(means, axis=0, ddof=1) / np.sqrt(count) if count > 1 else np.zeros(3)
-    return np.mean(means, axis=0), np.maximum(within, scatter)
 
 
 def dilute_stress(tree: xr.DataTree, run: CellRun) -> Array:

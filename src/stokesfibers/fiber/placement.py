@@ -75,8 +75,7 @@ def place_randomly(
     radii = np.array([f.eps * f.length for f in fibers])
     reach = float(lengths.max() + 2.0 * radii.max() + least_gap)
     cells = _Cells(box, reach)
-    shifts = np.array(list(product(*[(-1, 0, 1) if p > 0.0 else (0,) for p in box.periods])))
-    shifts = shifts * box.periods
+    shifts = _shifts(box.periods, reach)
     middles, units = np.empty((len(fibers), 3)), np.empty((len(fibers), 3))
     for k in range(len(fibers)):
         for _ in range(TRIES):
@@ -90,6 +89,13 @@ def place_randomly(
         middles[k], units[k] = middle, unit
         cells.add(k, middle)
     return middles, units
+
+
+def _shifts(periods: Array, reach: float) -> Array:
+    """Return the lattice vectors by which middles in the cell may come within `reach`."""
+    # two middles are less than a period apart
+    most = [int(np.ceil(reach / p)) if p > 0.0 else 0 for p in periods]
+    return np.array(list(product(*[range(-n, n + 1) for n in most]))) * periods
 
 
 def _fits(k: int, middle: Array, unit: Array, placed: tuple) -> bool:

@@ -12,16 +12,25 @@ import numpy as np
 
 from stokesfibers.core.arrays import Array, Points, as_float
 from stokesfibers.core.parallel import Workers
-from stokesfibers.load import LoadedState
 from stokesfibers.numerics.chebyshev import ChebyshevGrid
 from stokesfibers.numerics.legendre import gauss_legendre
 from stokesfibers.observe.snapshot import Snapshot
+from stokesfibers.problem.discretised import (
+    SHOWN_PER_NODE,
+    load_density,
+    spectral_fibers,
+    spectral_interaction,
+)
 from stokesfibers.problem.problem import Problem
-from stokesfibers.slender.spectral import SpectralFiber, by_kind
-from stokesfibers.slender.spectral_ewald import EwaldInteraction
+from stokesfibers.slender.spectral import SpectralFiber
+from stokesfibers.slender.spectral_forces import (
+    elastic_forces,
+    force_units,
+    node_positions,
+    resisted_forces,
+)
 from stokesfibers.summation import FastImages
 
-_SHOWN_PER_NODE = 4  # Chebyshev points of a shape per mode, as the high-order engine shows it
 _RECORDED_PER_NODE = 3
 _LEAST, _MOST = 8, 48  # modes that recorded points are turned into
 _ORDER = 7
@@ -36,42 +45,23 @@ def fast_disturbance(
     The fluid moves with the background flow less this.
     """
     assert isinstance(problem.image_sum, FastImages)
-    count = _modes(snapshot)
-    kinds = by_kind(problem.fibers, count, problem.mobility)
-    fibers = tuple(kinds[kind] for kind in problem.fibers)
-    modes, force = [], []
-    for k, fiber in enumerate(fibers):
-        own, tension = _fitted(snapshot, k, fiber)
-        modes.append(own)
-        force.append(fiber.force(own, tension, fiber.sigma * fiber.length))
-    pushed = np.stack(force) - _load(problem, snapshot.time, fibers, modes)
-    resisted = [f.mobility_velocity(m, g)[0] for f, m, g in zip(fibers, modes, pushed, strict=True)]
-    interaction = EwaldInteraction.build(
-        fibers,
-        problem.domain_at,
-        close_approach=problem.close_approach,
-        tolerance=problem.image_sum.tolerance or _TOLERANCE,
-    )
-    scene = interaction.scene(np.stack(modes), snapshot.time, workers)
-    return scene.fluid(points, pushed, np.stack(resisted))
-
-
-def _load(
-    problem: Problem, t: float, fibers: tuple[SpectralFiber, ...], modes: list[Array]
-) -> Array:
-    """Return the external force per length at the nodes, (fiber, 3, N)."""
-    x = [f.position(m, f.sigma * f.length).T for f, m in zip(fibers, modes, strict=True)]
-    weights = np.stack([fiber.quadrature for fiber in fibers])
-    radii = np.array([fiber.eps * fiber.length for fiber in fibers])
-    state = LoadedState(np.stack(x), weights, radii, problem.domain_at(t), t)
-    return np.ascontiguousarray(problem.load.density(state).transpose(0, 2, 1))
+    fibers, t = spectral_fibers(problem, _modes(snapshot)), snapshot.time
+    fitted = [_fitted(snapshot, k, fiber) for k, fiber in enumerate(fibers)]
+    modes, tensions = (np.stack(part) for part in zip(*fitted, strict=True))
+    nodes, weights = node_positions(fibers, modes), np.stack([f.quadrature for f in fibers])
+    load = np.ascontiguousarray(load_density(problem, nodes, weights, t).transpose(0, 2, 1))
+    force = force_units(fibers) * elastic_forces(fibers, modes, tensions) - load
+    resisted = resisted_forces(fibers, modes, force, workers)
+    tolerance = problem.image_sum.tolerance or _TOLERANCE
+    scene = spectral_interaction(problem, fibers, tolerance).scene(modes, t, workers)
+    return scene.fluid(points, force, resisted)
 
 
 def _modes(snapshot: Snapshot) -> int:
     grid = snapshot.fibers[0].grid
     points = len(grid.nodes)
     if isinstance(grid, ChebyshevGrid):
-        return points // _SHOWN_PER_NODE
+        return points // SHOWN_PER_NODE
     return 2 * int(np.clip(points // _RECORDED_PER_NODE, _LEAST, _MOST) // 2)
 
 

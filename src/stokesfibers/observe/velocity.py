@@ -18,6 +18,7 @@ from stokesfibers.core.errors import InputError
 from stokesfibers.core.parallel import Workers
 from stokesfibers.observe.fast_velocity import fast_disturbance
 from stokesfibers.observe.snapshot import Snapshot
+from stokesfibers.problem.discretised import discrete_fibers
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.discrete import DiscreteFiber
 from stokesfibers.slender.field import disturbance
@@ -53,9 +54,19 @@ def fluid_velocity(
     if points.shape[-1:] != (3,):
         raise InputError("points", "an array of shape (..., 3)", f"shape {points.shape}")
     flat = np.ascontiguousarray(points.reshape(-1, 3))
+    workers = Workers(threads)
     if isinstance(problem.image_sum, FastImages):
-        added = -fast_disturbance(problem, snapshot, flat, Workers(threads)) / problem.drag
-        return (problem.flow.velocity(flat, snapshot.time) + added).reshape(points.shape)
+        added = -fast_disturbance(problem, snapshot, flat, workers)
+    else:
+        added = _plain_disturbance(problem, snapshot, flat, workers)
+    velocity = problem.flow.velocity(flat, snapshot.time) + added / problem.drag
+    return velocity.reshape(points.shape)
+
+
+def _plain_disturbance(
+    problem: Problem, snapshot: Snapshot, points: Points, workers: Workers
+) -> Points:
+    """Return 8 pi mu times what fibers add at `points` (point, 3), all pairs summed."""
     fibers, shapes, tension = _on_uniform_grids(problem, snapshot)
     interaction = Interaction.build(
         fibers,
@@ -67,16 +78,15 @@ def fluid_velocity(
     density = problem.load.density(uniform.loaded).transpose(0, 2, 1)
     if interaction.alone:
         fiber, shape = fibers[0], shapes[0]
-        force = fiber.elastic_force(shape, tension[0]) - density[0]
-        added = disturbance(fiber, shape, force, flat)
-    else:
-        scene = Scene(interaction, shapes, Workers(threads))
-        centreline = scene.centreline_value(tension)
-        added = -scene.fluid(flat, scene.integrated_force(tension), centreline)
-        if density.any():
-            added += scene.fluid_loaded(flat, np.ascontiguousarray(density))
-    velocity = problem.flow.velocity(flat, snapshot.time) + added / problem.drag
-    return velocity.reshape(points.shape)
+        return disturbance(
+            fiber, shape, fiber.elastic_force(shape, tension[0]) - density[0], points
+        )
+    scene = Scene(interaction, shapes, workers)
+    centreline = scene.centreline_value(tension)
+    added = -scene.fluid(points, scene.integrated_force(tension), centreline)
+    if density.any():
+        added += scene.fluid_loaded(points, np.ascontiguousarray(density))
+    return added
 
 
 def _listed_images(problem: Problem) -> AbstractImageSum:
@@ -93,19 +103,12 @@ def _on_uniform_grids(
     own = tuple(f for f in snapshot.fibers if isinstance(f, DiscreteFiber))
     if len(own) == len(snapshot.fibers):
         return own, snapshot.shapes, snapshot.tension
-    fibers, shapes, tension = [], [], []
+    fibers = discrete_fibers(problem, len(snapshot.fibers[0].grid.nodes) - 1)
+    shapes, tension = [], []
     sampled = zip(snapshot.fibers, snapshot.shapes, snapshot.tension, strict=True)
-    for kind, (fiber, shape, pull) in zip(problem.fibers, sampled, strict=True):
-        discrete = DiscreteFiber.build(
-            kind.length,
-            kind.eps,
-            rigidity=kind.rigidity,
-            intervals=len(fiber.grid.nodes) - 1,
-            mobility=problem.mobility,
-        )
+    for discrete, (fiber, shape, pull) in zip(fibers, sampled, strict=True):
         parts = (getattr(shape, f.name) for f in fields(Shape))
         moved = (fiber.grid.interpolate(part.T, discrete.nodes).T for part in parts)
-        fibers.append(discrete)
         shapes.append(Shape(*(np.ascontiguousarray(part) for part in moved)))
         tension.append(fiber.grid.interpolate(pull, discrete.nodes))
-    return tuple(fibers), tuple(shapes), np.stack(tension)
+    return fibers, tuple(shapes), np.stack(tension)

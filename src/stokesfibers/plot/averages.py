@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,9 @@ from stokesfibers.plot.theme import theme
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_SMALL, _LARGE = 3, 5  # powers of ten between which numbers are written out
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True)
@@ -46,9 +50,37 @@ class Averaged:
     settled: bool = True
 
     def text(self) -> str:
-        """Return mean and error, the error with two digits."""
+        """Return mean and error: two digits of the error, and the mean to the same place."""
         more = "" if self.settled else " or more"
-        return f"{self.mean:.4g} ± {self.error:.2g}{more}"
+        return with_error(self.mean, self.error, more)
+
+
+def with_error(mean: float, error: float, more: str = "") -> str:
+    """Return ``mean ± error``: two digits of the error, and the mean rounded to the same place.
+
+    Numbers from 1e5 on, and below 1e-3, stand before a common power of ten.
+
+    Parameters
+    ----------
+    mean, error
+        A number and its standard error; without a positive error the mean has four digits.
+    more
+        Words after the error.
+    """
+    if not (math.isfinite(mean) and math.isfinite(error) and error > 0.0):
+        return f"{mean:.4g} ± {error:.2g}{more}"
+    largest = max(abs(mean), error)
+    power = math.floor(math.log10(largest))
+    if -_SMALL <= power < _LARGE:
+        power = 0
+    mean, error = mean / 10.0**power, error / 10.0**power
+    # the second digit of the error as it is printed: 0.0996 is 0.10
+    place = 1 - int(f"{error:.1e}".partition("e")[2])
+    digits = max(place, 0)
+    shown = f"{round(mean, place) + 0.0:.{digits}f} ± {round(error, place):.{digits}f}"
+    if power:
+        shown = f"({shown}) × 10{str(power).translate(_RAISED)}"
+    return shown + more
 
 
 def averages(data: xr.DataTree, found: Sequence[Averaged]) -> NDArray[Any]:

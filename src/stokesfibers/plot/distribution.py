@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot import geometry, select
 from stokesfibers.plot.case import time_axis
+from stokesfibers.plot.sample import Sample
 from stokesfibers.plot.style import COLUMN, new_panels, style, time_colours
 from stokesfibers.plot.theme import theme
 
@@ -29,24 +30,8 @@ Quantity = Literal["curvature", "end_to_end"]
 
 _MOST_RECORDS = 400  # more than a column can show
 _LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
+_PIECES = 4000  # of all fibers together, at least, whose curvature makes a smooth curve
 _LEAST = {"curvature": 0.1, "end_to_end": 0.05}  # range of the axis if nothing bends
-
-
-@dataclass(frozen=True)
-class _Sample:
-    """Values at one time in ascending order, with the share of each; the shares add up to 1."""
-
-    values: Floats
-    shares: Floats
-
-    def quantiles(self, levels: ArrayLike) -> Floats:
-        """Return the smallest value below or at which at least a share of each level lies."""
-        at = np.searchsorted(np.cumsum(self.shares), np.asarray(levels) * (1.0 - 1e-12))
-        return self.values[np.minimum(at, len(self.values) - 1)]
-
-    def beyond(self) -> Floats:
-        """Return the share of larger values, beside each value."""
-        return np.maximum(1.0 - np.cumsum(self.shares), 0.0)
 
 
 @dataclass(frozen=True)
@@ -56,6 +41,8 @@ class _Kind:
     sample: Callable[[Floats, Floats], tuple[Floats, Floats]]
     label: str
     of_what: str
+    between: Callable[[Floats, Floats], tuple[Floats, Floats]] | None = None
+    """Finds it between the recorded points too, where it is a function of arclength."""
 
     @property
     def two_lines(self) -> str:
@@ -69,7 +56,8 @@ def curvature(data: xr.DataTree, *, times: ArrayLike | None = None) -> NDArray[A
     Above, against time: the median, and the bands that hold the inner half and the inner nine
     tenths of the fibers' length. Below, at a few times: the share of the fibers' length that is
     bent more than a value, which needs no bins. Each piece of a fiber counts with its
-    arclength. The curvature is that of circles through three recorded points.
+    arclength. The curvature is that of circles through three recorded points; below it is
+    interpolated between them, so that the curve is as smooth as the shapes.
 
     Parameters
     ----------
@@ -166,7 +154,8 @@ def _figure(data: xr.DataTree, quantity: str, times: ArrayLike | None) -> NDArra
     stride = -(-len(stored) // _MOST_RECORDS)
     history = np.arange(0, len(stored), stride, dtype=np.intp)
     lines = np.array([_sample(data, quantity, k).quantiles((0.0, *_LEVELS, 1.0)) for k in history])
-    samples = [_sample(data, quantity, k) for k in picked]
+    smooth = _KINDS[quantity].between is not None
+    samples = [_sample(data, quantity, k, between=smooth) for k in picked]
     span = _span(quantity, [lines, *(s.values for s in samples)])
     axes = new_panels(2, 1, width=COLUMN, height=3.9)[:, 0]
     colours = time_colours(stored[picked])
@@ -174,9 +163,9 @@ def _figure(data: xr.DataTree, quantity: str, times: ArrayLike | None) -> NDArra
         _history(axes[0], data, stored[history], lines)
         axes[0].set(ylim=span, ylabel=_KINDS[quantity].two_lines)
         for sample, time, colour in zip(samples, stored[picked], colours, strict=True):
-            values = np.concatenate([[span[0]], sample.values, [span[1]]])
-            beyond = np.concatenate([[1.0], sample.beyond(), [0.0]])
-            axes[1].plot(values, beyond, drawstyle="steps-post", color=colour, label=f"{time:.6g}")
+            line = sample.curve(span, smooth=smooth)
+            style_of = "default" if smooth else "steps-post"
+            axes[1].plot(*line, drawstyle=style_of, color=colour, label=f"{time:.6g}")
             # the same colour on the time axis above
             axes[0].plot(
                 time,
@@ -217,17 +206,19 @@ def _history(ax: Axes, data: xr.DataTree, time: Floats, lines: Floats) -> None:
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-def _sample(data: xr.DataTree, quantity: str, record: np.intp) -> _Sample:
+def _sample(data: xr.DataTree, quantity: str, record: np.intp, *, between: bool = False) -> Sample:
     position = select.read(data, "trajectory", "position").isel(time=int(record))
     points = select.values(position.transpose("fiber", "node", "space"))
     arclength = select.numbers(data, "trajectory", "arclength")
-    values, weights = _KINDS[quantity].sample(points, arclength)
+    kind = _KINDS[quantity]
+    found = kind.between if between and kind.between is not None else kind.sample
+    values, weights = found(points, arclength)
     known = np.isfinite(values)
     if not known.any():
         raise InputError("trajectory.position", "finite positions", "none in one of these records")
     values, weights = values[known], weights[known]
     order = np.argsort(values, kind="stable")
-    return _Sample(values[order], weights[order] / weights.sum())
+    return Sample(values[order], weights[order] / weights.sum())
 
 
 def _curvatures(points: Floats, arclength: Floats) -> tuple[Floats, Floats]:
@@ -237,6 +228,17 @@ def _curvatures(points: Floats, arclength: Floats) -> tuple[Floats, Floats]:
     # the ends' curvature is set to zero, even where they are lost
     known = np.isfinite(points).all(axis=-1)
     return np.where(known, scaled, np.nan).ravel(), weights.ravel()
+
+
+def _curvatures_between(points: Floats, arclength: Floats) -> tuple[Floats, Floats]:
+    """Return the curvature on equal parts of each interval, linear between the points."""
+    scaled = geometry.curvature(points) * arclength[:, -1:]
+    scaled = np.where(np.isfinite(points).all(axis=-1), scaled, np.nan)
+    steps = np.diff(arclength, axis=1)
+    parts = -(-_PIECES // steps.size)
+    at = (np.arange(parts) + 0.5) / parts
+    inside = scaled[:, :-1, None] * (1.0 - at) + scaled[:, 1:, None] * at
+    return inside.ravel(), np.repeat(steps.ravel() / parts, parts)
 
 
 def _distances(points: Floats, arclength: Floats) -> tuple[Floats, Floats]:
@@ -265,7 +267,7 @@ def _span(quantity: str, drawn: list[Floats]) -> tuple[float, float]:
 
 
 _KINDS: dict[str, _Kind] = {
-    "curvature": _Kind(_curvatures, r"curvature $\kappa L$", "fibers' length"),
+    "curvature": _Kind(_curvatures, r"curvature $\kappa L$", "fibers' length", _curvatures_between),
     "end_to_end": _Kind(
         _distances, r"end-to-end distance $|\mathbf{x}(L)-\mathbf{x}(0)|/L$", "fibers"
     ),

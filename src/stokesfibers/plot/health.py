@@ -139,13 +139,15 @@ def _small_legend(ax: Axes) -> None:
     count = len(ax.get_legend_handles_labels()[1])
     if count > 1 or (count == 1 and len(ax.get_lines()) > 1):
         # Above the panel, where no line is hidden.
-        ax.legend(
+        legend = ax.legend(
             loc="lower right",
             bbox_to_anchor=(1.0, 1.0),
             ncols=min(count, 4),
             columnspacing=1.0,
             fontsize=6.5,
         )
+        for line in legend.get_lines():
+            line.set_linewidth(max(1.0, line.get_linewidth()))  # the colour of a thin one is lost
 
 
 def _common_time(axes: NDArray[Any]) -> None:

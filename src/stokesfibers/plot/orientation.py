@@ -73,7 +73,7 @@ def orientation(
             label=r"$\sin\theta$",
         )
         _angle_axis(ax)
-        ax.set_ylabel("density of fibers")
+        ax.set_ylabel(r"density of fibers $p(\theta)$ [rad$^{-1}$]")
         title = "1 fiber" if count == 1 else f"{count} fibers"
         ax.legend(title=title, loc="upper left", bbox_to_anchor=(1.0, 1.0), alignment="left")
     return ax
@@ -85,7 +85,7 @@ def _angle_axis(ax: Axes) -> None:
     ax.set_xticks(
         np.pi * np.arange(5) / 8, ["$0$", r"$\pi/8$", r"$\pi/4$", r"$3\pi/8$", r"$\pi/2$"]
     )
-    ax.set_xlabel(r"angle to the flow direction $\theta$")
+    ax.set_xlabel(r"angle to the flow direction $\theta$ [rad]")
 
 
 def order(data: xr.DataTree, ax: Axes | None = None) -> Axes:
@@ -133,7 +133,7 @@ def order(data: xr.DataTree, ax: Axes | None = None) -> Axes:
             )
         ax.plot(time, _largest(tensor), color=theme().ink, linewidth=1.4, label="$S$")
         label = select.axis_label(select.describe(data, "observables", "orientation_tensor"))
-        ax.set_ylabel(f"{label}, order $S$")
+        ax.set_ylabel(f"{label},\norder parameter $S$")
         time_axis(ax, data, time)
         ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return ax

@@ -22,7 +22,9 @@ Colour = Literal["tension", "curvature", "orientation", "fiber"]
 
 COLOURS: tuple[Colour, ...] = ("tension", "curvature", "orientation", "fiber")
 """What a colour can show, beside None for one colour."""
-_ANGLE = Variable("angle", "observables", ("time",), "1", r"\theta", "angle to the flow direction")
+_ANGLE = Variable(
+    "angle", "observables", ("time",), "rad", r"\theta", "angle to the flow direction"
+)
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def perspective(
     Fibers are shown whole, each shifted by periods so that its middle node lies in the cell, which
     starts at 0 and is drawn as sheared as it is. The box is the cell in periodic directions, whose
     faces are shaded, and what the fibers fill in free ones. Its edges are labelled with their
-    lengths. What lies in front is found for the present direction of view.
+    limits. What lies in front is found for the present direction of view.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def perspective(
         colours = _colours(solid, data, record, kind)
         _settle(solid)
         corners = np.concatenate([cell.corners(), points.reshape(-1, 3)])
-        fit(solid, corners.min(axis=0), corners.max(axis=0))
+        fit(solid, corners.min(axis=0), corners.max(axis=0), shown=corners)
         keep_whole(solid, corners)
         draw_cell(solid, cell)
         label_edges(solid, cell, unit)

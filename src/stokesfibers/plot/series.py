@@ -120,7 +120,7 @@ def stress(data: xr.DataTree, *, ax: Axes | None = None) -> Axes:
                 label=f"${symbol}$",
             )
         unit = select.unit_text(select.describe(data, "observables", names[0]))
-        ax.set_ylabel(f"extra stress{unit}")
+        ax.set_ylabel(rf"extra stress $\Sigma${unit}")
         time_axis(ax, data, time)
         ax.legend()
     return ax

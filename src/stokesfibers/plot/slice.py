@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 _EVEN = 1e-6  # streamlines are followed on evenly spaced grids only
 _FINER = 10  # parts of an interval, to find where a fiber is near the plane
 _USUAL = 0.99
+_PER_INCH = 16  # characters that fit beside a colour bar
 
 
 def velocity_slice(
@@ -30,6 +31,7 @@ def velocity_slice(
     fibers: Iterable[ArrayLike] | None = None,
     within: float | None = None,
     axes: str = "xy",
+    disturbance: bool = False,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw streamlines of the velocity in a plane over its speed; return the axes.
@@ -55,6 +57,8 @@ def velocity_slice(
         all are bold.
     axes
         Names of the two directions, horizontal first.
+    disturbance
+        Whether the background flow is left out of `velocity`; the colour bar says so.
     ax
         Axes to draw on; default those of a new figure.
 
@@ -66,11 +70,11 @@ def velocity_slice(
     across, up = _even("x", x), _even("y", y)
     u = _velocity(velocity, len(up), len(across))
     speed = np.sqrt(np.sum(u**2, axis=-1))
-    lines = [_line(fiber) for fiber in fibers or ()]
-    height = (up[-1] - up[0]) / (across[-1] - across[0]) * (COLUMN - 1.2) + 0.5
-    with drawing(ax, height=float(np.clip(height, 1.5, 5.0))) as ax:
+    lines, height = [_line(fiber) for fiber in fibers or ()], _height(across, up)
+    with drawing(ax, height=height) as ax:
         ax.set_facecolor(theme().hidden)
-        _draw_speed(ax, across, up, speed)
+        label = speed_label(disturbance=disturbance, longest=int(_PER_INCH * (height - 0.5)))
+        _draw_speed(ax, across, up, speed, label=label)
         _draw_streams(ax, across, up, u)
         for line in lines:
             _draw_line(ax, line, within)
@@ -81,12 +85,51 @@ def velocity_slice(
     return ax
 
 
+def top_speed(speed: ArrayLike) -> tuple[float, bool]:
+    """Return where the colours of speeds end, and whether some speeds are beyond.
+
+    It is the largest; where 1 % of the points are more than twice as fast as the rest, as they are
+    beside fibers, it is the rest's largest. 1 where nothing moves. NaN are left out.
+    """
+    known = np.asarray(speed, dtype=np.float64)
+    largest = float(np.nanmax(known))
+    usual = float(np.nanquantile(known, _USUAL))
+    over = 0.0 < usual < 0.5 * largest
+    return (usual if over else largest) or 1.0, over
+
+
+def speed_label(*, disturbance: bool = False, longest: int = 40) -> str:
+    """Return the label of a scale of speeds; its unit is that of a position over a time.
+
+    Parameters
+    ----------
+    disturbance
+        Whether the background flow U is left out.
+    longest
+        Characters on one line; a longer label takes two.
+    """
+    length, time = (lookup("trajectory", name).unit for name in ("position", "time"))
+    symbol = r"|\mathbf{u}-\mathbf{U}|" if disturbance else r"|\mathbf{u}|"
+    meaning = "disturbance speed" if disturbance else "fluid speed"
+    speed = Variable("speed", "observables", (), f"{length} {time}^-1", symbol, meaning)
+    return select.axis_label(speed, longest=longest)
+
+
+def _height(across: NDArray[np.float64], up: NDArray[np.float64]) -> float:
+    """Return the height of the figure in inches, which equal scales fill."""
+    ratio = (up[-1] - up[0]) / (across[-1] - across[0])
+    return float(np.clip(ratio * (COLUMN - 1.2) + 0.5, 1.5, 5.0))
+
+
 def _draw_speed(
-    ax: Axes, across: NDArray[np.float64], up: NDArray[np.float64], speed: NDArray[np.float64]
+    ax: Axes,
+    across: NDArray[np.float64],
+    up: NDArray[np.float64],
+    speed: NDArray[np.float64],
+    *,
+    label: str,
 ) -> None:
-    largest = float(np.nanmax(speed))
-    usual = float(np.nanquantile(speed, _USUAL))
-    top = usual if usual < 0.5 * largest else largest
+    top, over = top_speed(speed)
     drawn = ax.pcolormesh(
         across,
         up,
@@ -95,16 +138,9 @@ def _draw_speed(
         shading="nearest",
         rasterized=True,
         vmin=0.0,
-        vmax=top or None,
+        vmax=top,
     )
-    colour_bar(ax, drawn, _speed_label(), extend="max" if top < largest else "neither")
-
-
-def _speed_label() -> str:
-    """Return the label of the colour bar; its unit is that of a position over a time."""
-    length, time = (lookup("trajectory", name).unit for name in ("position", "time"))
-    speed = Variable("speed", "observables", (), f"{length} {time}^-1", r"|\mathbf{u}|", "speed")
-    return select.axis_label(speed, longest=8)  # a bar may be short
+    colour_bar(ax, drawn, label, extend="max" if over else "neither")
 
 
 def _draw_streams(

@@ -24,8 +24,9 @@ _LINE, _HALO = 1.9, 3.4  # widths in points
 # How far behind its line lies the rim that parts crossing fibers, of the whole depth; far
 # enough that it hides no neighbour on a fiber seen from its end.
 _BEHIND = 0.15
+_DIRECTIONS = np.array([d for d in product(range(-2, 3), repeat=3) if any(d)], dtype=np.float64)
 _TEXT = 7.5
-_WORD = 7.0 * _TEXT  # width in points of the longest label, with some air
+_WORD = 8.5 * _TEXT  # width in points of the longest label, with some air
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,9 @@ def look(solid: Any, azimuth: float = AZIMUTH) -> None:
     solid.view_init(elev=ELEVATION, azim=azimuth, vertical_axis="y")
 
 
-def fit(solid: Any, low: Floats, high: Floats, *, margin: bool = True) -> float:
+def fit(
+    solid: Any, low: Floats, high: Floats, *, margin: bool = True, shown: Floats | None = None
+) -> float:
     """Show what lies between two corners (3,), with equal scales, as large as labels allow.
 
     Returns the zoom.
@@ -105,23 +108,32 @@ def fit(solid: Any, low: Floats, high: Floats, *, margin: bool = True) -> float:
     low, high : (3,)
     margin
         Leave room for the labels of the edges, which are as large whatever the axes' size is.
+    shown : (n, 3)
+        Points that are to be seen; default the corners of the box, which may be far from them.
     """
+    corners = np.array(list(product(*np.stack([low, high], axis=1)))) if shown is None else shown
     solid.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     solid.set_box_aspect(high - low, zoom=1.0)
     # matplotlib makes the axes square; what is drawn may reach out of them, up to their panel
     panel = solid.get_position(original=True).size * solid.figure.get_size_inches() * 72.0
     words = np.array([_WORD, 3.0 * _TEXT]) if margin else np.zeros(2)
     half = np.maximum(0.5 * panel - words, 0.2 * panel)
-    seen = on_page(solid, np.stack([low, high], axis=1)) - 0.5
+    seen = seen_at(solid, corners) - 0.5
     zoom = float(np.min(half / (np.abs(seen).max(axis=0) * panel.min())))
     # perspective: what comes nearer grows more than in proportion
     solid.set_box_aspect(high - low, zoom=zoom)
-    seen = on_page(solid, np.stack([low, high], axis=1)) - 0.5
+    seen = seen_at(solid, corners) - 0.5
     zoom *= float(np.min(half / (np.abs(seen).max(axis=0) * panel.min())))
     solid.set_box_aspect(high - low, zoom=zoom)
     solid.set_axis_off()
     solid.computed_zorder = False  # the box stays behind the fibers, whatever the view
     return zoom
+
+
+def outermost(points: Floats) -> Floats:
+    """Return the points (n, 3) that lie farthest in one of many directions."""
+    far = np.unique(np.argmax(points @ _DIRECTIONS.T, axis=0))
+    return points[far]
 
 
 def on_page(solid: Any, box: Floats) -> Floats:
@@ -145,7 +157,8 @@ def keep_whole(solid: Any, points: Floats) -> None:
     from matplotlib.lines import Line2D
 
     seen = seen_at(solid, points)
-    ends = np.stack([seen.min(axis=0), seen.max(axis=0)])
+    wide = _HALO * solid.figure.dpi / 72.0 / np.asarray(solid.bbox.size)  # of a line's end
+    ends = np.stack([seen.min(axis=0) - wide, seen.max(axis=0) + wide])
     frame = Line2D(*ends.T, alpha=0.0, clip_on=False, transform=solid.transAxes)
     solid.add_artist(frame)
 
@@ -182,11 +195,11 @@ def draw_cell(solid: Any, cell: Cell) -> list[Any]:
 
 
 def label_edges(solid: Any, cell: Cell, unit: str) -> list[Any]:
-    """Write each direction and its extent beside one edge of the box; return the texts."""
+    """Write each direction, its unit and limits beside one edge of the box; return the texts."""
     written = []
     box = cell.box
-    span, centre = box[:, 1] - box[:, 0], box.mean(axis=1)
-    gap = 0.06 * float(np.max(span))
+    centre = box.mean(axis=1)
+    gap = 0.06 * float(np.max(box[:, 1] - box[:, 0]))
     # Below the front lower edge, left of the left front edge, beside the right lower edge.
     low, high = box[:, 0], box[:, 1]
     places = (
@@ -195,14 +208,28 @@ def label_edges(solid: Any, cell: Cell, unit: str) -> list[Any]:
         (high[0] + 0.4 * gap, low[1] - gap, centre[2]),
     )
     for direction, place in enumerate(places):
-        word = "period" if cell.lengths[direction] > 0.0 else "extent"
         end = ("center", "right", "left")[direction]
-        text = f"${'xyz'[direction]}$, {word}\n{span[direction]:.3g}{unit}"
+        word = " (period)" if cell.lengths[direction] > 0.0 else ""
+        text = f"${'xyz'[direction]}${unit}\n{_from_to(*box[direction])}{word}"
         x, y = seen_at(solid, slanted(np.array(place), cell.slant))
         # flat text: saving a figure cuts off what it does not see, and it sees no solid text
-        look = {"ha": end, "va": "center", "fontsize": _TEXT, "color": theme().ink}
+        # over its own ground: a fiber may reach out of the cell there
+        ground = {"facecolor": theme().ground, "alpha": 0.75, "linewidth": 0.0, "pad": 0.5}
+        look = {"ha": end, "va": "center", "fontsize": _TEXT, "color": theme().ink, "bbox": ground}
         written.append(solid.text2D(x, y, text, transform=solid.transAxes, **look))
     return written
+
+
+def _from_to(low: float, high: float) -> str:
+    """Return two limits with as many digits as tell them apart well."""
+    span = high - low
+    if 1e-3 <= span < 1e5:
+        digits = max(0, 2 - int(np.floor(np.log10(span))))
+        words = [f"{v + 0.0:.{digits}f}" for v in np.round([low, high], digits)]
+        words = [w.rstrip("0").rstrip(".") if digits else w for w in words]
+    else:
+        words = [f"{v:.3g}" for v in (low, high)]
+    return " to ".join(words).replace("-", "−")
 
 
 def draw_fibers(solid: Any, points: Floats, colours: Floats | None, scale: float = 1.0) -> Any:

@@ -206,23 +206,36 @@ def save(drawn: Figure | Axes | NDArray[Any], path: str | os.PathLike[str], dpi:
     InputError
         If the suffix is none of these, the folder does not exist, or dpi is not positive.
     """
-    target = Path(path)
-    suffix = target.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise InputError("path", f"a file name ending in {', '.join(SUFFIXES)}", str(path))
-    if not target.parent.is_dir():
-        raise InputError(
-            "path", "a file in a folder that exists", str(path), f"Make {target.parent} first."
-        )
+    target = checked_path(path)
     if not dpi > 0:
         raise InputError("dpi", "a positive number", dpi)
     part = target.with_name(f".{target.name}.partial")
     try:
-        part.write_bytes(rendered(drawn, suffix[1:], dpi))
+        part.write_bytes(rendered(drawn, target.suffix.lower()[1:], dpi))
         os.replace(part, target)
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
+    return target
+
+
+def checked_path(path: str | os.PathLike[str]) -> Path:
+    """Return the path of a figure that can be written; ask it before a figure is drawn.
+
+    Raises
+    ------
+    InputError
+        If the suffix is none that works, or the folder does not exist.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in SUFFIXES:
+        hint = "png for screens, pdf and svg for print."
+        raise InputError("path", f"a file name ending in {', '.join(SUFFIXES)}", str(path), hint)
+    if not target.parent.is_dir():
+        hint = f"Make {target.parent} first."
+        raise InputError("path", "a file in a folder that exists", str(path), hint)
+    if target.is_dir():
+        raise InputError("path", "a file", f"{path}, a folder")
     return target
 
 

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 
 from stokesfibers.constraint.coupled import TensionError
+from stokesfibers.core.arrays import Positions
 from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
 from stokesfibers.domain.crossings import Crossing, brought_home, find_crossings
 from stokesfibers.observe.snapshot import Snapshot
+from stokesfibers.problem.problem import Problem
 from stokesfibers.run.events import Event, Watchman
 from stokesfibers.run.interrupt import Wish
 from stokesfibers.run.moment import snapshot
@@ -150,12 +152,7 @@ def _crossings(stepper: AbstractStepper[C], carry: C, ahead: C) -> tuple[Crossin
     # where it is known between steps, at the nodes of the step's end, which may be more
     before = stepper.view(ahead if stepper.dense else carry, first).positions
     if stepper.dense:
-        domains = problem.domain_at(first), problem.domain_at(last)
-        near, ahead_of_it = brought_home(before, after, *domains)
-        moved = np.linalg.norm(ahead_of_it - near, axis=-1).max(axis=1)
-        moved = moved + abs(domains[0].slide_to(domains[1]))
-        lengths = np.array([kind.length for kind in problem.fibers])
-        parts = ceil(float(np.max(moved / lengths)) / _PART_OF_A_STEP)
+        parts = _parts(problem, before, after, (first, last))
     if parts <= 1:
         return find_crossings(before, after, problem.domain_at(first), problem.domain_at(last))
     found: list[Crossing] = []
@@ -171,6 +168,18 @@ def _crossings(stepper: AbstractStepper[C], carry: C, ahead: C) -> tuple[Crossin
         ]
         before, since = middle, then
     return tuple(found)
+
+
+def _parts(
+    problem: Problem, before: Positions, after: Positions, times: tuple[float, float]
+) -> int:
+    """Return in how many parts a step is looked at, so that no fiber moves far in one."""
+    domains = problem.domain_at(times[0]), problem.domain_at(times[1])
+    near, ahead = brought_home(before, after, *domains)
+    moved = np.linalg.norm(ahead - near, axis=-1).max(axis=1)
+    moved = moved + abs(domains[0].slide_to(domains[1]))
+    lengths = np.array([kind.length for kind in problem.fibers])
+    return ceil(float(np.max(moved / lengths)) / _PART_OF_A_STEP)
 
 
 def _done(end: float, until: float, crossings: list[dict[str, Any]], note: str) -> Status:

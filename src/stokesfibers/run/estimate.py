@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import ceil, floor
+from math import ceil
 from time import perf_counter
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from stokesfibers.problem.problem import Problem
 from stokesfibers.run.layout import OutputPoints, observable_records, trajectory_records
 from stokesfibers.run.moment import snapshot
-from stokesfibers.run.schedule import Schedule
+from stokesfibers.run.schedule import Schedule, due_until
 from stokesfibers.run.simulate import reproducible
 from stokesfibers.run.start import Initial, first_carry
 from stokesfibers.stepping.base import AbstractStepper, C
@@ -125,7 +125,7 @@ def _steps(stepper: AbstractStepper[C], carry: C, until: float) -> tuple[int, fl
 
 
 def _records(interval: float, end: float, most: int | None) -> int:
-    count = floor(end / interval + 1e-9)
+    count = due_until(interval, end)
     return 1 + (count if most is None else min(most, count))
 
 

@@ -16,19 +16,27 @@ import numpy as np
 
 from stokesfibers.core.arrays import Array
 from stokesfibers.core.parallel import Workers
-from stokesfibers.load import LoadedState, NoLoad
 from stokesfibers.observe.balance import Balance, Motion
+from stokesfibers.problem.discretised import (
+    load_density,
+    spectral_fibers,
+    spectral_interaction,
+)
 from stokesfibers.problem.engine import PaperEngine, SpectralEngine
 from stokesfibers.problem.problem import Problem
-from stokesfibers.slender.spectral import SpectralFiber, by_kind
+from stokesfibers.slender.spectral import SpectralFiber
+from stokesfibers.slender.spectral_forces import (
+    elastic_forces,
+    force_units,
+    node_positions,
+    resisted_forces,
+)
 from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
-from stokesfibers.slender.spectral_suspension import SpectralInteraction
 from stokesfibers.stepping.base import AbstractStepper
 from stokesfibers.stepping.paper import Carry as PaperCarry
 from stokesfibers.stepping.paper import PaperStepper
 from stokesfibers.stepping.spectral_carry import Carry, combined
 from stokesfibers.stepping.spectral_run import quadrature_tolerance
-from stokesfibers.summation import FastImages
 
 _ONE_MORE = 2  # states beyond the order that the rate is taken from: better than the step itself
 _SHARE = 0.1  # of the tolerance: error of the velocities between fibers
@@ -59,21 +67,13 @@ class _SpectralMotion:
         fibers, interaction, workers = self._on(carry.modes.shape[-1])
         modes, pulls, t = carry.modes[:, 0], carry.tensions[:, 0], carry.time
         lengths = np.array([f.length for f in fibers])[:, None, None]
-        unit = np.array([f.rigidity / f.length**3 for f in fibers])[:, None, None]
-        x, xs, xss, xssss = (np.matmul(modes, table.T) for table in fibers[0].tables)
-        tension, slope = (np.matmul(pulls, table.T) for table in fibers[0].tension_tables)
-        elastic = unit * (xssss - slope[:, None] * xs - tension[:, None] * xss)
-        points = np.ascontiguousarray((lengths * x).transpose(0, 2, 1))
+        unit = force_units(fibers)
+        points = node_positions(fibers, modes)
         weights = np.stack([f.quadrature for f in fibers])
+        elastic = unit * elastic_forces(fibers, modes, pulls)
         load = _load(self._problem, points, weights, t)
         force = np.ascontiguousarray((elastic - load) / unit)
-        resisted = np.empty_like(force)
-
-        def one(k: int) -> None:
-            resisted[k], _ = fibers[k].mobility_velocity(np.ascontiguousarray(modes[k]), force[k])
-
-        workers.for_each(len(fibers), one)
-        resisted *= unit
+        resisted = unit * resisted_forces(fibers, modes, force, workers)
         if not interaction.alone:
             scene = interaction.scene(modes, t, workers)
             resisted = resisted + scene.velocity(unit * force, resisted)
@@ -81,20 +81,19 @@ class _SpectralMotion:
         motion = Motion(t, elastic, load, flow, flow - resisted / self._problem.drag, weights)
         moving = _rate(carry)
         rate = lengths * np.matmul(moving, fibers[0].tables[0].T)
-        changing = np.matmul(moving, fibers[0].tables[2].T)  # of x_ss, times 1 / L
-        bending = np.array([f.rigidity / f.length for f in fibers])[:, None, None]
-        return motion.balance(rate, motion.power(bending * xss, changing / lengths))
+        # L x_ss and its rate
+        bend, changing = (np.matmul(m, fibers[0].tables[2].T) for m in (modes, moving))
+        stiffness = np.array([f.rigidity / f.length for f in fibers])[:, None, None]
+        return motion.balance(rate, motion.power(stiffness * bend, changing / lengths))
 
     def _discretised(
         self, nodes: int
     ) -> tuple[tuple[SpectralFiber, ...], AbstractSpectralInteraction, Workers]:
-        problem = self._problem
         # A fiber that nears itself has to be on the run's nodes: what these leave of the velocity
         # is not the step's fault.
-        own = quadrature_tolerance(_engine(problem))
-        kinds = by_kind(problem.fibers, nodes, problem.mobility, own)
-        fibers = tuple(kinds[kind] for kind in problem.fibers)
-        return fibers, _interaction(problem, fibers), Workers(self._threads)
+        own = quadrature_tolerance(_engine(self._problem))
+        fibers = spectral_fibers(self._problem, nodes, own)
+        return fibers, _interaction(self._problem, fibers), Workers(self._threads)
 
 
 class _PaperMotion:
@@ -164,11 +163,7 @@ def _rate(carry: Carry) -> Array:
 
 def _load(problem: Problem, points: Array, weights: Array, t: float) -> Array:
     """Return the load per length at points (fiber, node, 3), as (fiber, 3, node)."""
-    if isinstance(problem.load, NoLoad):
-        return np.zeros((len(points), 3, points.shape[1]))
-    radii = np.array([kind.eps * kind.length for kind in problem.fibers])
-    state = LoadedState(points, weights, radii, problem.domain_at(t), t)
-    return np.ascontiguousarray(problem.load.density(state).transpose(0, 2, 1))
+    return np.ascontiguousarray(load_density(problem, points, weights, t).transpose(0, 2, 1))
 
 
 def _engine(problem: Problem) -> SpectralEngine:
@@ -179,20 +174,5 @@ def _engine(problem: Problem) -> SpectralEngine:
 def _interaction(
     problem: Problem, fibers: tuple[SpectralFiber, ...]
 ) -> AbstractSpectralInteraction:
-    tolerance = min(1e-2, max(1e-10, _SHARE * (_engine(problem).rtol or _FIXED_TOLERANCE)))
-    if isinstance(problem.image_sum, FastImages):
-        from stokesfibers.slender.spectral_ewald import EwaldInteraction  # slow to import
-
-        return EwaldInteraction.build(
-            fibers,
-            problem.domain_at,
-            close_approach=problem.close_approach,
-            tolerance=tolerance,
-        )
-    return SpectralInteraction.build(
-        fibers,
-        problem.domain,
-        image_sum=problem.image_sum,
-        close_approach=problem.close_approach,
-        tolerance=tolerance,
-    )
+    wanted = _SHARE * (_engine(problem).rtol or _FIXED_TOLERANCE)
+    return spectral_interaction(problem, fibers, min(1e-2, max(1e-10, wanted)))

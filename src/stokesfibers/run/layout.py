@@ -83,21 +83,9 @@ def observable_records(snapshot: Snapshot) -> Records:
 
 def step_records(reports: list[StepReport]) -> Records:
     """Return the numerics of the steps in `reports`, with the axis ``step`` first."""
-    columns = {
-        "time": ("time", float),
-        "step_size": ("step_size", float),
-        "order": ("order", np.int64),
-        "rejected": ("rejected", np.int64),
-        "iterations": ("iterations", np.int64),
-        "wall_time": ("wall_time", float),
-        "nodes": ("nodes", np.int64),
-        "spatial_error": ("spatial_error", float),
-        "cutoff": ("cutoff", float),
-        "modes": ("modes", np.int64),
-    }
     return {
-        f"numerics/{name}": np.array([getattr(r, field) for r in reports], dtype=dtype)
-        for name, (field, dtype) in columns.items()
+        f"numerics/{v.name}": np.array([getattr(r, v.name) for r in reports], dtype=v.dtype)
+        for v in registered("numerics")
     }
 
 

@@ -79,16 +79,20 @@ def refuse_endless(record: Schedule, until: float) -> None:
             raise InputError(f"record.{name}", expected, f"{interval:g} until t = {until:g}")
 
 
+def due_until(interval: float, t: float) -> int:
+    """Return how many multiples of `interval` lie in (0, t], to rounding."""
+    return floor(t / interval + _ROUNDING)
+
+
 def due_times(interval: float, before: float, now: float) -> list[float]:
     """Return the multiples of `interval` in (before, now], to rounding.
 
     One that is a rounding behind `now` counts as it is: another end of the run must not change it.
     """
-    first = floor(before / interval + _ROUNDING) + 1
-    last = floor(now / interval + _ROUNDING)
+    first, last = due_until(interval, before) + 1, due_until(interval, now)
     return [k * interval for k in range(first, last + 1)]
 
 
 def is_due(interval: float, before: float, now: float) -> bool:
     """Return whether a multiple of `interval` lies in (before, now], to rounding."""
-    return floor(now / interval + _ROUNDING) > floor(before / interval + _ROUNDING)
+    return due_until(interval, now) > due_until(interval, before)

@@ -11,10 +11,10 @@ from stokesfibers.core.arrays import Points
 from stokesfibers.core.errors import InputError
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.observe.velocity import fluid_velocity
+from stokesfibers.problem.discretised import discrete_fibers
 from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import problem_from_tables
 from stokesfibers.run.moment import surroundings
-from stokesfibers.slender.discrete import DiscreteFiber
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,16 +36,7 @@ def snapshot_of(data: xr.DataTree, problem: Problem, time: float) -> Snapshot:
     record = int(np.argmin(np.abs(times - time)))
     positions = trajectory["position"][record].to_numpy()
     tension = trajectory["tension"][record].to_numpy()
-    fibers = tuple(
-        DiscreteFiber.build(
-            kind.length,
-            kind.eps,
-            rigidity=kind.rigidity,
-            intervals=positions.shape[1] - 1,
-            mobility=problem.mobility,
-        )
-        for kind in problem.fibers
-    )
+    fibers = discrete_fibers(problem, positions.shape[1] - 1)
     return Snapshot.take(
         float(times[record]),
         fibers,

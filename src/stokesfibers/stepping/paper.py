@@ -24,7 +24,7 @@ from stokesfibers.core.errors import InputError
 from stokesfibers.core.parallel import Workers
 from stokesfibers.fiber.curves import Curve
 from stokesfibers.kernels import dense
-from stokesfibers.load import LoadedState
+from stokesfibers.problem.discretised import discrete_fibers, load_density
 from stokesfibers.problem.engine import PaperEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.discrete import DiscreteFiber
@@ -93,17 +93,7 @@ class PaperStepper(AbstractStepper[Carry]):
         self._dt = engine.dt
         self._beta = engine.beta
         self._drag = problem.drag
-        kinds = {
-            kind: DiscreteFiber.build(
-                kind.length,
-                kind.eps,
-                rigidity=kind.rigidity,
-                intervals=engine.intervals,
-                mobility=problem.mobility,
-            )
-            for kind in problem.fibers
-        }
-        self.fibers: tuple[DiscreteFiber, ...] = tuple(kinds[k] for k in problem.fibers)
+        self.fibers: tuple[DiscreteFiber, ...] = discrete_fibers(problem, engine.intervals)
         self._workers = Workers(threads)
         self._interaction = Interaction.build(
             self.fibers,
@@ -230,14 +220,9 @@ class PaperStepper(AbstractStepper[Carry]):
     def _load_density(self, x: Array, t: float) -> Array:
         """Return the external force per length, (fiber, 3, node)."""
         positions = np.ascontiguousarray(x.transpose(0, 2, 1))
-        state = LoadedState(
-            positions,
-            np.stack([f.grid.weights for f in self.fibers]),
-            np.array([f.eps * f.grid.length for f in self.fibers]),
-            self.problem.domain,
-            t,
-        )
-        return np.ascontiguousarray(self.problem.load.density(state).transpose(0, 2, 1))
+        weights = np.stack([f.grid.weights for f in self.fibers])
+        density = load_density(self.problem, positions, weights, t)
+        return np.ascontiguousarray(density.transpose(0, 2, 1))
 
     def _own_centreline(self, shapes: tuple[Shape, ...], tension: Nodal) -> Array:
         """Return -(Lambda + K)[(T x_s)_s] of each fiber, (fiber, 3, node)."""

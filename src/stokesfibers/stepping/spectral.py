@@ -28,11 +28,17 @@ from stokesfibers.kernels import spectral as kernels
 from stokesfibers.numerics import bdf
 from stokesfibers.numerics.step_control import AbstractStepControl
 from stokesfibers.slender.spectral import SpectralFiber
+from stokesfibers.slender.spectral_forces import (
+    elastic_forces,
+    force_units,
+    node_positions,
+    resisted_forces,
+)
 from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction, Summed
 from stokesfibers.stepping.base import StepError
 from stokesfibers.stepping.report import StepReport
 from stokesfibers.stepping.spectral_carry import DEPTH, Carry, State, combined, pushed
-from stokesfibers.stepping.spectral_pass import Surroundings
+from stokesfibers.stepping.spectral_system import FibersInFluid, Pass, Surroundings
 from stokesfibers.stepping.spectral_team import solver_for
 
 _NOISE = 1e-15  # rounding of positions: what the bend is measured against at least
@@ -110,9 +116,8 @@ class SpectralStepper:
         self._drag = drag
         self._passes = newton_passes
         self._load = load
-        self._solver = solver_for(
-            fibers, drag, interaction=interaction, workers=Workers(threads, team)
-        )
+        self._workers = Workers(threads, team)
+        self._solver = solver_for(FibersInFluid(fibers, drag, interaction), self._workers)
         self._lengths = np.array([f.length for f in fibers])[:, None, None]
         self._drags = [f.drag_number(drag) for f in fibers]
         softest, rate = max(self._drags), flow.rate_scale()
@@ -130,14 +135,8 @@ class SpectralStepper:
         modes = np.stack([f.fit(p) for f, p in zip(self.fibers, positions, strict=True)])
         count, n = len(self.fibers), self.fibers[0].count
         rest = State(modes, np.zeros((count, n - 1)))
-        start = self._solver.solve(
-            rest,
-            0.0 * modes,
-            self._surroundings(modes, 0.0),
-            alpha=1.0,
-            implicit=0.0,
-            reduction=_START_REDUCTION,
-        )
+        around = self._surroundings(modes, 0.0)
+        start = self._solver.solve(rest, 0.0 * modes, around, Pass(1.0, 0.0, _START_REDUCTION))
         history = np.zeros((count, DEPTH, 3, n))
         pulls = np.zeros((count, DEPTH, n - 1))
         history[:, 0], pulls[:, 0] = modes, start.tensions
@@ -217,13 +216,9 @@ class SpectralStepper:
 
     def velocity(self, state: State, t: float) -> Array:
         """Return x_t of the model at the nodes for given positions and tensions, (fiber, 3, N)."""
-        around = self._surroundings(state.modes, t)
-        force, resisted = np.empty_like(state.modes), np.empty_like(state.modes)
-        unit = np.array([f.rigidity / f.length**3 for f in self.fibers])[:, None, None]
-        for k, fiber in enumerate(self.fibers):
-            s = fiber.sigma * fiber.length
-            force[k] = fiber.force(state.modes[k], state.tensions[k], s) / unit[k] - around.load[k]
-            resisted[k], _ = fiber.mobility_velocity(state.modes[k], force[k])
+        around, unit = self._surroundings(state.modes, t), force_units(self.fibers)
+        force = elastic_forces(self.fibers, state.modes, state.tensions) - around.load
+        resisted = resisted_forces(self.fibers, state.modes, force, self._workers)
         resisted += self._solver.others(state, t, force, resisted)
         return self._lengths * around.flow - unit * resisted / self._drag
 
@@ -257,7 +252,7 @@ class SpectralStepper:
         try:
             for _ in range(self._passes):
                 around = self._surroundings(guess.modes, t)
-                found = self._solver.solve(guess, moving, around, alpha=alpha, implicit=1.0)
+                found = self._solver.solve(guess, moving, around, Pass(alpha))
                 guess = State(guess.modes + found.modes, guess.tensions + found.tensions)
                 moving = moving + alpha * found.modes
                 ratio, iterations = found.ratio, iterations + found.iterations
@@ -288,11 +283,10 @@ class SpectralStepper:
 
     def _surroundings(self, modes: Array, t: float) -> Surroundings:
         """Return flow and load at the nodes."""
-        x = np.matmul(modes, self.fibers[0].tables[0].T)
-        points = np.ascontiguousarray((self._lengths * x).transpose(0, 2, 1))
+        points = node_positions(self.fibers, modes)
         flow = (self.flow.velocity(points, t) / self._lengths).transpose(0, 2, 1)
         gradient = np.ascontiguousarray(self.flow.gradient(points, t))
-        load = np.zeros_like(x)
+        load = np.zeros(modes.shape)
         if self._load is not None:
             units = np.array([f.length**3 / f.rigidity for f in self.fibers])[:, None, None]
             load = np.ascontiguousarray((units * self._load(points, t)).transpose(0, 2, 1))

@@ -10,20 +10,24 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stokesfibers.core.arrays import Array, Positions
+from stokesfibers.core.arrays import Array
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.team import ALONE, AbstractTeam
 from stokesfibers.fiber.curves import Curve
 from stokesfibers.fiber.parameters import Fiber
-from stokesfibers.load import LoadedState, NoLoad
+from stokesfibers.load import NoLoad
 from stokesfibers.numerics.step_control import AbstractStepControl, AdaptiveSteps, FixedSteps
+from stokesfibers.problem.discretised import (
+    load_density,
+    spectral_fibers,
+    spectral_interaction,
+)
 from stokesfibers.problem.engine import SpectralEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.sampled import View
-from stokesfibers.slender.spectral import SpectralFiber, by_kind
+from stokesfibers.slender.spectral import SpectralFiber
 from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
 from stokesfibers.slender.spectral_resolution import Resolution
-from stokesfibers.slender.spectral_suspension import SpectralInteraction
 from stokesfibers.stepping.base import AbstractStepper, StepError
 from stokesfibers.stepping.report import StepReport
 from stokesfibers.stepping.spectral import Load, SpectralStepper
@@ -162,9 +166,9 @@ class SpectralRunStepper(AbstractStepper[Carry]):
     def _discretised(self, nodes: int) -> _Discretised:
         problem, engine = self.problem, self._engine
         control, tolerance = _control(engine), quadrature_tolerance(engine)
-        kinds = by_kind(problem.fibers, nodes, problem.mobility, tolerance)
+        fibers = spectral_fibers(problem, nodes, tolerance)
+        kinds = dict(zip(problem.fibers, fibers, strict=True))
         shown = {kind: ShownFiber.of(fiber) for kind, fiber in kinds.items()}
-        fibers = tuple(kinds[kind] for kind in problem.fibers)
         stepper = SpectralStepper(
             fibers,
             drag=problem.drag,
@@ -221,13 +225,7 @@ def _load(problem: Problem, fibers: tuple[SpectralFiber, ...]) -> Load | None:
     if isinstance(problem.load, NoLoad):
         return None
     weights = np.stack([fiber.quadrature for fiber in fibers])
-    radii = np.array([fiber.eps * fiber.length for fiber in fibers])
-
-    def density(points: Positions, t: float) -> Positions:
-        domain = problem.domain_at(t)
-        return problem.load.density(LoadedState(points, weights, radii, domain, t))
-
-    return density
+    return lambda points, t: load_density(problem, points, weights, t)
 
 
 def quadrature_tolerance(engine: SpectralEngine) -> float:
@@ -241,20 +239,7 @@ def quadrature_tolerance(engine: SpectralEngine) -> float:
 def _interaction(
     problem: Problem, fibers: tuple[SpectralFiber, ...], wanted: float
 ) -> AbstractSpectralInteraction:
-    if isinstance(problem.image_sum, FastImages):
-        from stokesfibers.slender.spectral_ewald import EwaldInteraction  # slow to import
-
-        return EwaldInteraction.build(
-            fibers,
-            problem.domain_at,
-            close_approach=problem.close_approach,
-            tolerance=problem.image_sum.tolerance or wanted,
-            chosen=problem.image_sum,
-        )
-    return SpectralInteraction.build(
-        fibers,
-        problem.domain,
-        image_sum=problem.image_sum,
-        close_approach=problem.close_approach,
-        tolerance=wanted,
-    )
+    images = problem.image_sum
+    if isinstance(images, FastImages):
+        return spectral_interaction(problem, fibers, images.tolerance or wanted, images)
+    return spectral_interaction(problem, fibers, wanted)

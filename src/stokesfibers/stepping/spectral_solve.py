@@ -27,19 +27,13 @@ from stokesfibers.core.arrays import Array
 from stokesfibers.core.parallel import Workers
 from stokesfibers.kernels import spectral as kernels
 from stokesfibers.numerics.krylov import gmres
-from stokesfibers.slender.spectral import SpectralFiber
-from stokesfibers.slender.spectral_interaction import (
-    AbstractSpectralInteraction,
-    AbstractSpectralScene,
-    Summed,
-)
+from stokesfibers.slender.spectral_forces import force_units
+from stokesfibers.slender.spectral_interaction import AbstractSpectralScene, Summed
 from stokesfibers.stepping.spectral_carry import State
-from stokesfibers.stepping.spectral_pass import Increment, Surroundings
+from stokesfibers.stepping.spectral_system import FibersInFluid, Increment, Pass, Surroundings
 
 _factored, _solved = get_lapack_funcs(("getrf", "getrs"), dtype=np.float64)
 
-REDUCTION = 1e-3
-"""Of the residual of the coupled system in a step."""
 _MOST_ITERATIONS = 60
 _BLOCK = 16  # fibers whose solves are one task
 
@@ -114,55 +108,36 @@ class IncrementSolver:
 
     Parameters
     ----------
-    fibers
-        The discretised fibers.
-    drag
-        8 pi mu.
-    interaction
-        How they act on each other; None for each alone.
+    moving
+        The fibers, the fluid's drag on them, and how they act on each other.
     workers
         Threads and ranks; all ranks must solve together, with the same arguments.
     """
 
-    def __init__(
-        self,
-        fibers: tuple[SpectralFiber, ...],
-        drag: float,
-        *,
-        interaction: AbstractSpectralInteraction | None,
-        workers: Workers,
-    ) -> None:
+    def __init__(self, moving: FibersInFluid, workers: Workers) -> None:
+        fibers, interaction = moving.fibers, moving.interaction
         self._fibers = fibers
         self._workers = workers
         self._interaction = None if interaction is None or interaction.alone else interaction
         self._tables = [f.kernel_tables for f in fibers]
-        self._drags = [f.drag_number(drag) for f in fibers]
-        self._unit = np.array([f.rigidity / f.length**3 for f in fibers])[:, None, None]
+        self._drags = [f.drag_number(moving.drag) for f in fibers]
+        self._unit = force_units(fibers)
 
-    def solve(
-        self,
-        state: State,
-        rate: Array,
-        around: Surroundings,
-        *,
-        alpha: float,
-        implicit: float,
-        reduction: float = REDUCTION,
-    ) -> Increment:
-        """Return the increments about `state`; see `kernels.increment_system`.
+    def solve(self, state: State, rate: Array, around: Surroundings, how: Pass) -> Increment:
+        """Return the increments about `state`, whose rate of change is predicted as `rate`.
 
         Raises
         ------
         numpy.linalg.LinAlgError
-            If the system is singular or not finite, or GMRES does not reach `reduction`.
+            If the system is singular or not finite, or GMRES does not reach its reduction.
         """
-        systems = self._assembled(state, rate, around, (alpha, implicit))
+        systems = self._assembled(state, rate, around, how)
         if self._interaction is None:
             found, iterations = systems.together(systems.solve(systems.right)), 1
             summed = Summed()
         else:
             scene = self._interaction.scene(state.modes, around.time, self._workers)
-            found, iterations = self._coupled(systems, scene, reduction)
+            found, iterations = self._coupled(systems, scene, how.reduction)
             summed = scene.summed
         if not np.isfinite(found).all():
             raise np.linalg.LinAlgError("the step is not finite")
@@ -179,12 +154,9 @@ class IncrementSolver:
         scene = self._interaction.scene(state.modes, t, self._workers.alone)
         return scene.velocity(self._unit * force, self._unit * resisted) / self._unit
 
-    def _assembled(
-        self, state: State, rate: Array, around: Surroundings, pace: tuple[float, float]
-    ) -> _Systems:
+    def _assembled(self, state: State, rate: Array, around: Surroundings, how: Pass) -> _Systems:
         count = len(self._fibers)
         systems = _Systems(count, self._fibers[0].count, self._workers)
-
         scale, ratio = systems.scale[systems.rows], systems.ratio[systems.rows]
         own_error = systems.own_error[systems.rows]
 
@@ -199,7 +171,8 @@ class IncrementSolver:
                 around.flow[k],
                 around.gradient[k],
                 around.load[k],
-                *pace,
+                how.alpha,
+                how.implicit,
                 self._drags[k],
                 *[*self._tables[k], own.given],
             )

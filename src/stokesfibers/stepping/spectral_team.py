@@ -16,11 +16,9 @@ from stokesfibers.core.arrays import Array
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.parallel import Workers
 from stokesfibers.core.team import AbstractTeam
-from stokesfibers.slender.spectral import SpectralFiber
-from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
 from stokesfibers.stepping.spectral_carry import State
-from stokesfibers.stepping.spectral_pass import Increment, Surroundings
-from stokesfibers.stepping.spectral_solve import REDUCTION, IncrementSolver
+from stokesfibers.stepping.spectral_solve import IncrementSolver
+from stokesfibers.stepping.spectral_system import FibersInFluid, Increment, Pass, Surroundings
 
 _JOINT_FAILURES = (np.linalg.LinAlgError, InputError)
 """What all ranks find together in a solve; after anything else they are out of step."""
@@ -32,44 +30,25 @@ class LeadSolver:
 
     Parameters
     ----------
-    fibers, drag, interaction, workers
+    moving, workers
         As for `IncrementSolver`.
     """
 
-    def __init__(
-        self,
-        fibers: tuple[SpectralFiber, ...],
-        drag: float,
-        *,
-        interaction: AbstractSpectralInteraction | None,
-        workers: Workers,
-    ) -> None:
-        self._team, self._interaction = workers.team, interaction
+    def __init__(self, moving: FibersInFluid, workers: Workers) -> None:
+        self._team, self._moving = workers.team, moving
         self._number = next(_numbers)
-        self._inner = IncrementSolver(fibers, drag, interaction=interaction, workers=workers)
-        still = interaction and interaction.still(interaction.domain_at(0.0))
-        self._team.tell(("fibers", self._number, fibers, drag, still))
+        self._inner = IncrementSolver(moving, workers)
+        self._team.tell(("fibers", self._number, moving.still(moving.domain_at(0.0))))
 
-    def solve(
-        self,
-        state: State,
-        rate: Array,
-        around: Surroundings,
-        *,
-        alpha: float,
-        implicit: float,
-        reduction: float = REDUCTION,
-    ) -> Increment:
+    def solve(self, state: State, rate: Array, around: Surroundings, how: Pass) -> Increment:
         """Return the increments about `state`; see `IncrementSolver.solve`."""
-        domain = self._interaction and self._interaction.domain_at(around.time)
-        options = {"alpha": alpha, "implicit": implicit, "reduction": reduction}
         self._team.busy = True
         self._team.tell(
-            ("solve", self._number, around.time, domain, options),
+            ("solve", self._number, around.time, self._moving.domain_at(around.time), how),
             (state.modes, state.tensions, rate, around.flow, around.gradient, around.load),
         )
         try:
-            found = self._inner.solve(state, rate, around, **options)
+            found = self._inner.solve(state, rate, around, how)
         except _JOINT_FAILURES:
             self._team.busy = False
             raise
@@ -81,16 +60,10 @@ class LeadSolver:
         return self._inner.others(state, t, force, resisted)
 
 
-def solver_for(
-    fibers: tuple[SpectralFiber, ...],
-    drag: float,
-    *,
-    interaction: AbstractSpectralInteraction | None,
-    workers: Workers,
-) -> IncrementSolver | LeadSolver:
+def solver_for(moving: FibersInFluid, workers: Workers) -> IncrementSolver | LeadSolver:
     """Return the solver for one rank, or for rank 0 of several."""
     kind = IncrementSolver if workers.team.size == 1 else LeadSolver
-    return kind(fibers, drag, interaction=interaction, workers=workers)
+    return kind(moving, workers)
 
 
 def assist(team: AbstractTeam, threads: int | None = None) -> int:
@@ -102,21 +75,17 @@ def assist(team: AbstractTeam, threads: int | None = None) -> int:
         If there are fewer cores than `threads`.
     """
     workers = Workers(threads, team)
-    known = {}
+    known: dict[int, FibersInFluid] = {}
     while True:
         word, arrays = team.hear()
         match word:
-            case ("fibers", number, fibers, drag, interaction):
-                known[number] = fibers, drag, interaction
-            case ("solve", number, time, domain, options):
-                fibers, drag, interaction = known[number]
-                still = interaction and interaction.still(domain)
-                solver = IncrementSolver(fibers, drag, interaction=still, workers=workers)
+            case ("fibers", number, moving):
+                known[number] = moving
+            case ("solve", number, time, domain, how):
+                solver = IncrementSolver(known[number].still(domain), workers)
                 modes, tensions, rate, *around = arrays
                 with suppress(*_JOINT_FAILURES):  # rank 0 knows them too, and what to do
-                    solver.solve(
-                        State(modes, tensions), rate, Surroundings(time, *around), **options
-                    )
+                    solver.solve(State(modes, tensions), rate, Surroundings(time, *around), how)
             case ("end", code):
                 return code
 

@@ -8,10 +8,9 @@ import numpy as np
 
 from stokesfibers.core.arrays import Array
 from stokesfibers.numerics.chebyshev import ChebyshevGrid
+from stokesfibers.problem.discretised import SHOWN_PER_NODE
 from stokesfibers.slender.sampled import Shape
 from stokesfibers.slender.spectral import SpectralFiber
-
-_SHOWN_PER_NODE = 4
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,7 @@ class ShownFiber:
     @classmethod
     def of(cls, fiber: SpectralFiber) -> ShownFiber:
         """Return where `fiber` is shown."""
-        grid = ChebyshevGrid(fiber.length, _SHOWN_PER_NODE * fiber.count)
+        grid = ChebyshevGrid(fiber.length, SHOWN_PER_NODE * fiber.count)
         sigma = grid.nodes / fiber.length
         tables = [
             fiber.length ** (1 - order) * fiber.basis.positions(sigma, order) for order in range(5)

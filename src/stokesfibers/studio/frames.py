@@ -50,7 +50,9 @@ class Scene:
     plane
         The two directions of a flat picture, or None for perspective.
     low, high : (3,)
-        What is shown in all frames.
+        Limits of what is shown in all frames.
+    hull : (n, 3)
+        Outermost points of all frames, which are to be seen.
     lengths : (3,)
         Periods, 0 in free directions.
     paint
@@ -69,6 +71,7 @@ class Scene:
     plane: str | None
     low: Floats
     high: Floats
+    hull: Floats
     lengths: Floats
     paint: Paint | None
     unit: str
@@ -164,7 +167,8 @@ class Stage:
         zooms = []
         for azimuth in np.linspace(0.0, 360.0, _TRIED, endpoint=False) if scene.turns else [None]:
             parts.look(axes, parts.AZIMUTH if azimuth is None else float(azimuth))
-            zooms.append(parts.fit(axes, scene.low, scene.high, margin=not scene.turns))
+            limits = (scene.low, scene.high)
+            zooms.append(parts.fit(axes, *limits, margin=not scene.turns, shown=scene.hull))
         self._zoom = min(zooms)
 
     def _add_strip(self, inches: tuple[float, float]) -> tuple[Any, Any]:

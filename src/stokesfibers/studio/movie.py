@@ -15,7 +15,7 @@ from stokesfibers.core.errors import InputError
 from stokesfibers.plot import paint, select
 from stokesfibers.plot.case import offset, periods
 from stokesfibers.plot.geometry import wrapped
-from stokesfibers.plot.solid import AZIMUTH, Cell, Floats
+from stokesfibers.plot.solid import AZIMUTH, Cell, Floats, outermost
 from stokesfibers.plot.theme import THEMES
 from stokesfibers.studio.frames import Scene, Shot, Strip
 from stokesfibers.studio.movie_files import write_frames, writer
@@ -194,22 +194,18 @@ def _values(data: xr.DataTree, film: Film, record: int, position: Floats) -> Flo
 def _scene(data: xr.DataTree, film: Film, records: list[int]) -> Scene:
     """Return what all frames share; limits and colours are found in one pass over the records."""
     lengths = periods(data)
-    low, high, largest, count = np.full(3, np.inf), np.full(3, -np.inf), 0.0, 0
+    hull, slants, largest, count = np.empty((0, 3)), (0.0, 0.0), 0.0, 0
     for shot in _shots(data, film, sorted(set(records))):
-        box = np.stack([np.zeros(3), lengths], axis=1)
-        corners = Cell(box, lengths, shot.slant).corners()[:, lengths > 0.0]
-        low, high = (
-            np.minimum(low, shot.points.min((0, 1))),
-            np.maximum(high, shot.points.max((0, 1))),
-        )
-        if corners.size:
-            low[lengths > 0.0] = np.minimum(low[lengths > 0.0], corners.min(axis=0))
-            high[lengths > 0.0] = np.maximum(high[lengths > 0.0], corners.max(axis=0))
+        hull = outermost(np.concatenate([hull, shot.points.reshape(-1, 3)]))
+        slants = (min(slants[0], shot.slant), max(slants[1], shot.slant))
         count = len(shot.points)
         if shot.values is not None:
             largest = max(largest, float(np.nanmax(np.abs(shot.values), initial=0.0)))
+    low, high = hull.min(axis=0), hull.max(axis=0)
     plane = _plane(film, low, high, flat=count <= select.MOST_FIBERS and not lengths.any())
-    low, high = _roomy(low, high, lengths, flat=plane is not None)
+    corners = _cells(*_roomy(low, high, lengths, flat=plane is not None), lengths, slants)
+    hull = np.concatenate([hull, corners])
+    low, high = hull.min(axis=0), hull.max(axis=0)
     return Scene(
         film.size,
         film.dpi,
@@ -217,12 +213,20 @@ def _scene(data: xr.DataTree, film: Film, records: list[int]) -> Scene:
         plane,
         low,
         high,
+        hull,
         lengths,
         None if film.colour is None else paint.paint(data, film.colour, largest),
         select.unit_text(select.describe(data, "trajectory", "position")),
         _strip(data, film),
         film.orbit != 0.0,
     )
+
+
+def _cells(low: Floats, high: Floats, lengths: Floats, slants: tuple[float, float]) -> Floats:
+    """Return the corners of the cell, between the limits where free, at the slants."""
+    first, last = np.where(lengths > 0.0, 0.0, low), np.where(lengths > 0.0, lengths, high)
+    box = np.stack([first, last], axis=1)
+    return np.concatenate([Cell(box, lengths, slant).corners() for slant in slants])
 
 
 def _plane(film: Film, low: Floats, high: Floats, *, flat: bool) -> str | None:

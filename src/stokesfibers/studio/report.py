@@ -92,7 +92,8 @@ def report_text(data: xr.DataTree, name: str = "run", *, allow_python: bool = Fa
 
 
 def _head(data: xr.DataTree, case: Table, status: Status | None) -> str:
-    return _lead(case) + _verdicts(status) + cards(_cards(data, case, status))
+    watched = report_facts.watched(data)
+    return _lead(case) + _verdicts(status, watched=watched) + cards(_cards(data, case, status))
 
 
 def _lead(case: Table) -> str:
@@ -108,8 +109,8 @@ def _lead(case: Table) -> str:
     return f'<p class="lead">{text(", ".join(parts))}</p>'
 
 
-def _verdicts(status: Status | None) -> str:
-    """Say how the run ended and whether its result can be trusted."""
+def _verdicts(status: Status | None, *, watched: bool) -> str:
+    """Say how the run ended and whether its result can be trusted; `watched`: itself."""
     if status is None:
         return verdict("", "How this run ended is not recorded.", ())
     ended = _ENDED.get(status.code, status.code)
@@ -120,6 +121,12 @@ def _verdicts(status: Status | None) -> str:
     elif status.trust == "trusted" and status.code in ("done", "interrupted"):
         said = "The result can be trusted, as far as the run has watched itself."
         lines = ["Lengths and balances stayed within their limits (see Health and numbers)."]
+    elif watched and status.code == "failed":
+        said = "Nothing was beyond its limit until then."
+        lines = ["A run that failed is not called trusted all the same: see why it failed."]
+    elif watched:
+        said = "Nothing has been beyond its limit so far."
+        lines = ["Whether the result can be trusted is said when the run ends."]
     else:
         said, lines = "This run did not watch its own balances.", ["Look at the length error."]
     trust = {"trusted": "good", "doubtful": "bad"}.get(status.trust, "")
@@ -139,7 +146,7 @@ def _cards(data: xr.DataTree, case: Table, status: Status | None) -> Iterator[tu
         yield "steps", str(len(select.numbers(data, "numerics", "step_size")))
     for stage, seconds in report_facts.stages(data)[-1:]:
         assert stage
-        yield "wall time", duration(seconds)
+        yield "wall time of the steps", duration(seconds)
     if select.has(data, "observables", "length_error"):
         error = select.numbers(data, "observables", "length_error")
         yield "largest length error", f"{abs(error).max():.2g}".replace("-", "−")

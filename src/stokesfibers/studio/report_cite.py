@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from stokesfibers.core.version import __version__
+from stokesfibers.problem.engine import PaperEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.mobility import NonLocal
 
@@ -36,7 +37,9 @@ def methods(problem: Problem) -> list[tuple[str, str, str]]:
     if chosen is not None:
         rows.append(("regularization", chosen.kind, chosen.citation))
     if len(problem.fibers) > 1 or problem.domain.lengths.any():
-        rows.append(("tensions", problem.tension_solver.kind, problem.tension_solver.citation))
+        if isinstance(problem.engine, PaperEngine):  # the other solves for tensions with positions
+            solver = problem.tension_solver
+            rows.append(("tensions", solver.kind, solver.citation))
         rows.append(("contact", problem.close_approach.kind, problem.close_approach.citation))
     if problem.domain.lengths.any():
         rows.append(("images", problem.image_sum.kind, problem.image_sum.citation))

@@ -11,7 +11,9 @@ import numpy as np
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.status import Status
 from stokesfibers.plot import select
+from stokesfibers.problem.engine import SpectralEngine
 from stokesfibers.problem.groups import groups
+from stokesfibers.problem.interaction_tables import SOLVER_KEYS
 from stokesfibers.problem.problem import Problem
 from stokesfibers.problem.tables import problem_from_tables
 from stokesfibers.studio.report_html import table, text, unit
@@ -56,6 +58,11 @@ def status_of(data: xr.DataTree) -> Status | None:
         return None
 
 
+def watched(data: xr.DataTree) -> bool:
+    """Return whether the run weighed its own balances; those of older versions did not."""
+    return select.has(data, "observables", "energy_error")
+
+
 def problem_of(case: Table, *, allow_python: bool) -> Problem | str:
     """Return the problem of a run, or in words why it cannot be had."""
     try:
@@ -93,8 +100,9 @@ def shown(value: object) -> str:
 
 
 def case_tables(case: Table) -> str:
-    """Return the resolved case as tables, one for each of its own."""
+    """Return the resolved case as tables, one for each of its own, without what has no effect."""
     parts: list[str] = []
+    case = _used(case)
     plain = {k: v for k, v in case.items() if not isinstance(v, Mapping | list)}
     if plain:
         parts.append(table((), [(text(k), shown(v)) for k, v in plain.items()], "case"))
@@ -106,6 +114,32 @@ def case_tables(case: Table) -> str:
                 rows = [(text(k), shown(v)) for k, v in one.items()]
                 parts.append(table((), rows, f"{name}{which}"))
     return f'<div class="case">{"".join(parts)}</div>' if parts else ""
+
+
+def _used(case: Table) -> Table:
+    """Return the tables of a case without keys that this case makes no use of."""
+    alone = _is_alone(case)
+
+    def used(name: str, key: str) -> bool:
+        if name == "constraint":  # the high-order engine finds tensions with the positions
+            coupled = key in SOLVER_KEYS
+            return case.get("engine") != SpectralEngine.kind and not (coupled and alone)
+        return not (alone and (name, key) == ("model", "close_approach"))
+
+    return {
+        name: {k: v for k, v in inside.items() if used(name, k)}
+        if isinstance(inside, Mapping)
+        else inside
+        for name, inside in case.items()
+    }
+
+
+def _is_alone(case: Table) -> bool:
+    """Return whether there is one fiber, in free space."""
+    fibers, domain = case.get("fiber"), case.get("domain")
+    kinds = fibers if isinstance(fibers, list) else []
+    one = len(kinds) == 1 and isinstance(kinds[0], Mapping) and kinds[0].get("count", 1) == 1
+    return one and isinstance(domain, Mapping) and domain.get("kind") == "free"
 
 
 def group_rows(problem: Problem, until: float) -> Iterator[tuple[str, ...]]:
@@ -159,7 +193,7 @@ def step_rows(data: xr.DataTree) -> Iterator[tuple[str, ...]]:
             variable = select.describe(data, "numerics", name)
             yield text(variable.meaning), span, unit(variable.unit)
     for stage, seconds in stages(data):
-        yield f"wall time, {text(stage)}", duration(seconds), ""
+        yield f"wall time of the steps, {text(stage)}", duration(seconds), ""
 
 
 def stages(data: xr.DataTree) -> list[tuple[str, float]]:

@@ -13,13 +13,12 @@ from typing import Any
 
 from stokesfibers.io.reader import open_run
 from stokesfibers.studio.export_target import Target, written
-from stokesfibers.studio.records import count_of
 from stokesfibers.studio.view_recording import APPLICATION, Look, Show, write_rrd
 from stokesfibers.studio.view_server import ViewerProcess
 
 PathLike = str | os.PathLike[str]
 Progress = Callable[[int, int], None]
-"""Called with how many records are shown, and how many there are."""
+"""Called with how many parts are shown, and how many there are: records and slices of the fluid."""
 
 
 def save_view(
@@ -57,7 +56,7 @@ def save_view(
     show = Show.of(data, source.resolve().name, look)
     target = Target("--save", Path(file), folder=False)
     target.check(source, overwrite=overwrite)
-    count = count_of(show.facts, look.every)
+    count = show.count
     with written([target]):
         logged = write_rrd(data, target.partial, name=show.name, look=look)
         for done, _ in enumerate(logged, start=1):
@@ -107,7 +106,7 @@ def view_run(
     """
     source, look = Path(run), look or Look()
     show = Show.of(open_run(source), source.resolve().name, look)
-    count = count_of(show.facts, look.every)
+    count = show.count
     with _until_stopped(), ViewerProcess(web=web, web_port=port, data_port=data_port) as viewer:
         if ready is not None:
             ready(viewer.page)

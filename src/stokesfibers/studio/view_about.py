@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def about(rr: Any, data: xr.DataTree, name: str, colours: str) -> Any:
+def about(rr: Any, data: xr.DataTree, name: str, *shown: str) -> Any:
     """Return the text as a Rerun document.
 
     Parameters
@@ -23,13 +23,13 @@ def about(rr: Any, data: xr.DataTree, name: str, colours: str) -> Any:
         The stored run.
     name
         What it is called.
-    colours
-        What the colours show, in one line.
+    shown
+        What colours show, and what else there is to see, a line each.
     """
-    return rr.TextDocument(about_text(data, name, colours), media_type=rr.MediaType.MARKDOWN)
+    return rr.TextDocument(about_text(data, name, *shown), media_type=rr.MediaType.MARKDOWN)
 
 
-def about_text(data: xr.DataTree, name: str, colours: str) -> str:
+def about_text(data: xr.DataTree, name: str, *shown: str) -> str:
     """Return the text in Markdown; arguments as `about`."""
     status: Any = data.attrs.get("status", {})
     if not isinstance(status, Mapping):
@@ -40,7 +40,7 @@ def about_text(data: xr.DataTree, name: str, colours: str) -> str:
         f"# {name}",
         f"**{status.get('code', 'unknown')}** at t = {status.get('time', 0.0):.6g}. {said}",
         f"{sizes['fiber']} fibers, {sizes['node']} points each, {sizes['time']} recorded shapes.",
-        f"**Colour**: {colours}.",
+        *(f"{line}." for line in shown),
     ]
     tables = [_table(key, value) for key, value in stored_case(data).items()]
     return "\n\n".join([*lines, "## Case", *tables])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -14,9 +13,10 @@ from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot import select
 from stokesfibers.plot.geometry import curvature
-from stokesfibers.plot.style import PALETTE, style
+from stokesfibers.plot.style import PALETTE
 from stokesfibers.studio.records import Record, RunFacts
 from stokesfibers.studio.shapes import angle_to_x, tangents
+from stokesfibers.studio.view_scale import Scale
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,14 +62,16 @@ class Colouring:
         values = self.values(record)
         if self.name == "fiber":
             return _palette()[values.astype(np.intp) % len(PALETTE)]
-        share = (values - self.low) / (self.high - self.low)
-        table = _table(self.name)
-        index = np.clip(np.nan_to_num(share) * len(table), 0, len(table) - 1)
-        return table[index.astype(np.intp)]
+        return self._scale.rgba(values)
 
     def legend(self) -> bytes:
         """Return a picture of the scale as the bytes of a PNG; empty for one colour a fiber."""
-        return b"" if self.name == "fiber" else _draw_legend(self)
+        return b"" if self.name == "fiber" else self._scale.picture()
+
+    @property
+    def _scale(self) -> Scale:
+        ends = {"tension": "both", "curvature": "max"}.get(self.name, "neither")
+        return Scale(_map(self.name), self.low, self.high, self.label, ends)
 
 
 def colouring(
@@ -171,32 +173,7 @@ def _map(name: str) -> Any:
     return matplotlib.colormaps["cividis"]
 
 
-def _table(name: str) -> Bytes:
-    return (255.0 * _map(name)(np.linspace(0.0, 1.0, 256)) + 0.5).astype(np.uint8)
-
-
 def _palette() -> Bytes:
     from matplotlib.colors import to_rgba_array
 
     return (255.0 * to_rgba_array(PALETTE) + 0.5).astype(np.uint8)
-
-
-def _draw_legend(colours: Colouring) -> bytes:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-    from matplotlib.figure import Figure
-
-    out = io.BytesIO()
-    with style():
-        figure = Figure(figsize=(3.2, 0.55), layout="constrained")
-        FigureCanvasAgg(figure)
-        scale = ScalarMappable(Normalize(colours.low, colours.high), _map(colours.name))
-        ends = {"tension": "both", "curvature": "max"}.get(colours.name, "neither")
-        bar = figure.colorbar(
-            scale, cax=figure.add_subplot(), orientation="horizontal", extend=ends
-        )
-        bar.set_label(colours.label)
-        bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
-        figure.savefig(out, format="png", dpi=220)
-    return out.getvalue()

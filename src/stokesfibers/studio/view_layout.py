@@ -18,7 +18,13 @@ _FAR = 1.1  # its distance over the diagonal of the scene
 
 
 def layout(
-    rr: Any, data: xr.DataTree, box: NDArray[np.float64], *, timeline: str, last: float
+    rr: Any,
+    data: xr.DataTree,
+    box: NDArray[np.float64],
+    *,
+    timeline: str,
+    last: float,
+    fluid: bool = False,
 ) -> Any:
     """Return the Rerun blueprint: fibers and their scale, series, the text, the time slider.
 
@@ -34,9 +40,14 @@ def layout(
         Name of the time line.
     last
         Where it ends.
+    fluid
+        Whether there is a scale of the fluid's speed beside that of the fibers.
     """
     bp = rr.blueprint
-    left = bp.Vertical(_space(bp, box), _legend(bp), row_shares=[8, 1])
+    scales = [_scale(bp, "legend", "colour")]
+    if fluid:
+        scales.append(_scale(bp, "speed", "fluid"))
+    left = bp.Vertical(_space(bp, box), bp.Horizontal(*scales), row_shares=[8, 1])
     titles = {c.panel: title(data, c) for c in reversed(stored_curves(data))}
     panels = [
         bp.TimeSeriesView(
@@ -80,5 +91,5 @@ def _space(bp: Any, box: NDArray[np.float64]) -> Any:
     )
 
 
-def _legend(bp: Any) -> Any:
-    return bp.Spatial2DView(origin="legend", name="colour", background=[255, 255, 255])
+def _scale(bp: Any, origin: str, name: str) -> Any:
+    return bp.Spatial2DView(origin=origin, name=name, background=[255, 255, 255])

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stokesfibers.core import checks
 from stokesfibers.core.errors import MissingExtraError
 from stokesfibers.plot.geometry import wrapped
 from stokesfibers.plot.style import PALETTE
@@ -26,48 +25,24 @@ from stokesfibers.studio.shapes import (
 from stokesfibers.studio.view_about import about
 from stokesfibers.studio.view_colours import Colouring, colouring
 from stokesfibers.studio.view_layout import layout
+from stokesfibers.studio.view_look import Look
 from stokesfibers.studio.view_series import stored_curves, values_of
+from stokesfibers.studio.view_slice import Cut, cuts, log_cuts, speed_scale
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from stokesfibers.problem.problem import Problem
+
 Floats = NDArray[np.float64]
+
+__all__ = ["APPLICATION", "Look", "Show", "rerun_library", "time_factor", "write_rrd"]
 
 APPLICATION = "stokesfibers"
 _SIDES = 8
 _MOST_VERTICES = 200_000  # of tubes in one record; beyond, fibers are drawn as thick lines
 _LEAST = 0.003  # least visible radius over the size of the scene
 _GREY = (130, 130, 130)
-
-
-@dataclass(frozen=True)
-class Look:
-    """How a run is shown.
-
-    Attributes
-    ----------
-    colour
-        ``"tension"``, ``"curvature"``, ``"orientation"`` or ``"fiber"``.
-    limit
-        Where the colours of tension or curvature end; by default from the run.
-    every
-        Show each `every`-th record.
-    least_radius
-        Fibers are drawn at least this thick [length]; by default 0.3 % of the scene's size.
-    wrap
-        Whether whole fibers are shifted by periods so that their middles lie in the cell.
-    """
-
-    colour: str = "tension"
-    limit: float | None = None
-    every: int = 1
-    least_radius: float | None = None
-    wrap: bool = True
-
-    def __post_init__(self) -> None:
-        checks.whole("every", self.every, 1)
-        if self.least_radius is not None:
-            checks.non_negative("least_radius", self.least_radius)
 
 
 def rerun_library() -> Any:
@@ -120,6 +95,8 @@ class Show:
         Limits of the scene, those of the cell where it is periodic.
     factor
         By what the times of the case are multiplied on the time line.
+    problem
+        That of the run, if the fluid is shown.
     """
 
     rr: Any
@@ -130,6 +107,7 @@ class Show:
     colours: Colouring
     box: Floats
     factor: float
+    problem: Problem | None = None
 
     @classmethod
     def of(cls, data: xr.DataTree, name: str, look: Look) -> Show:
@@ -149,7 +127,13 @@ class Show:
         first = next(records(data, facts))
         box = cell_box(facts.lengths, cls._placed(facts, look, first))
         factor = time_factor(float(facts.times[-1]))
-        return cls(rr, data, name, look, facts, colours, box, factor)
+        problem = None if look.fluid is None else look.fluid.problem(data)
+        return cls(rr, data, name, look, facts, colours, box, factor, problem)
+
+    @property
+    def count(self) -> int:
+        """How many parts `log` yields: records, and slices of the fluid."""
+        return len(self._shown) + len(self._cut_at)
 
     @property
     def timeline(self) -> str:
@@ -165,20 +149,47 @@ class Show:
             self.box,
             timeline=self.timeline,
             last=float(self.facts.times[-1]) * self.factor,
+            fluid=self.look.fluid is not None,
         )
 
     def log(self, stream: Any) -> Iterator[int]:
-        """Log everything to the recording stream; yield the number of each record."""
+        """Log everything to the recording stream; yield the record's number for each part."""
         stream.send_recording_name(self.name)
         self._log_fixed(stream)
         self._log_series(stream)
         for record in records(self.data, self.facts, every=self.look.every):
-            stream.set_time(self.timeline, duration=record.time * self.factor)
-            stream.set_time("record", sequence=record.number)
+            self._set_time(stream, record.number)
             self._log_fibers(stream, record)
             if record.number == 0 or self._slides:
                 self._log_cell(stream, record, static=not self._slides)
             yield record.number
+        yield from self._log_fluid(stream)
+
+    def _set_time(self, stream: Any, record: int) -> None:
+        time = float(self.facts.times[record])
+        stream.set_time(self.timeline, duration=time * self.factor)
+        stream.set_time("record", sequence=record)
+
+    @property
+    def _cut_at(self) -> list[int]:
+        """Numbers of the records whose fluid is shown."""
+        return self.look.fluid.picked(self._shown) if self.look.fluid else []
+
+    @property
+    def _shown(self) -> range:
+        return range(0, len(self.facts.times), self.look.every)
+
+    def _log_fluid(self, stream: Any) -> Iterator[int]:
+        """Compute all velocities, then log them: one scale holds for all."""
+        fluid = self.look.fluid
+        if fluid is None or self.problem is None:
+            return
+        made: list[Cut] = []
+        for cut in cuts(self.data, fluid, self.problem, self._cut_at):
+            made.append(cut)
+            yield cut.record
+        scale = speed_scale(made, disturbance=fluid.disturbance)
+        log_cuts(self.rr, stream, made, scale=scale, at=lambda c: self._set_time(stream, c.record))
 
     @property
     def _slides(self) -> bool:
@@ -191,7 +202,10 @@ class Show:
     def _log_fixed(self, stream: Any) -> None:
         rr = self.rr
         stream.log("space", rr.ViewCoordinates.RIGHT_HAND_Y_UP, static=True)
-        stream.log("about", about(rr, self.data, self.name, self.colours.said), static=True)
+        shown = [f"**Colour**: {self.colours.said}"]
+        if self.look.fluid is not None:
+            shown.append(f"**Fluid**: {self.look.fluid.said(self._shown)}")
+        stream.log("about", about(rr, self.data, self.name, *shown), static=True)
         picture = self.colours.legend()
         if picture:
             drawn = rr.EncodedImage(contents=picture, media_type="image/png")

@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stokesfibers.config.keys import key_at
 from stokesfibers.core.errors import StoreError
 from stokesfibers.core.status import Status
 from stokesfibers.io.atomic import disk_errors
@@ -32,7 +33,7 @@ _WHAT = {
     "doubt": "why its result cannot be trusted",
     "run": "its run, below the folder of the sweep",
     "time_reached": "simulated time it reached",
-    "wall_time": "computing time of its steps",
+    "wall_time": "computing time of its steps, without recording and checks",
 }
 
 
@@ -156,11 +157,19 @@ def _coordinates(axes: Sequence[Axis]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for axis in axes:
         if axis.labels:
-            found[axis.name] = ((axis.name,), _texts(axis.labels))
+            said = {"long_name": "name of the case"}
+            found[axis.name] = ((axis.name,), _texts(axis.labels), said)
         for path in axis.paths:
             values = _column([point.get(path) for point in axis.points])
-            found[short[path]] = ((axis.name,), values, {"path": path})
+            found[short[path]] = ((axis.name,), values, {"path": path, **_said(path, values)})
     return found
+
+
+def _said(path: str, values: NDArray[Any]) -> dict[str, str]:
+    """Return meaning, unit and symbol of swept values; of text only what it means."""
+    key = key_at(path)
+    told = {} if key is None else key.attrs()
+    return told if values.dtype != object else {k: v for k, v in told.items() if k == "long_name"}
 
 
 def _column(values: list[Any]) -> NDArray[Any]:

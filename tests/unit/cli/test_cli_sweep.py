@@ -162,9 +162,11 @@ def test_help_names_the_plain_form_and_the_other_commands(invoke):
     assert "sweep SWEEP.toml [OPTIONS] | COMMAND" in said
     for word in ("run", "status", "collect"):
         assert f"  {word} " in said
+    assert "sweep status DIR [--json]" in said
     options = invoke("sweep", "run", "--help").stdout
     for option in ("--out", "--workers", "--scheduler", "--set", "--retry", "--dry-run"):
-        assert option in options
+        assert f"  {option} " in options
+        assert f"  {option} " in said
 
 
 @pytest.mark.parametrize("shipped", SWEEPS, ids=lambda p: p.stem)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,37 @@ def test_a_copy_is_a_valid_case(name, tmp_path):
     out = tmp_path / "mine.toml"
     assert invoke(name, "--out", out).exit_code == 0
     assert load_case(out).problem == load_case(shipped_cases()[name]).problem
+
+
+@pytest.mark.parametrize("name", shipped_cases())
+def test_comments_speak_of_what_an_installed_user_has(name):
+    text = shipped_cases()[name].read_text()
+    comments = "\n".join(re.findall("#.*", text))
+    assert f"stokesfibers new {name}" in comments
+    assert not re.search(r"cases/|docs/|\.md\b", comments)
+    stem = f"{Path(name).name}_sweep" if name.startswith("sweeps/") else name
+    used = re.findall(r"stokesfibers (?:run|check|sweep) (\S+\.toml)", comments)
+    assert set(used) == {f"{stem}.toml"}
+
+
+def test_the_tutorial_tells_of_the_shipped_case(tmp_path):
+    page = Path(__file__).parents[3] / "docs" / "tutorial.md"
+    block = re.search(r"```toml\n(.*?)```", page.read_text(), re.DOTALL)
+    assert block is not None
+    file = tmp_path / "buckling.toml"
+    file.write_text(block[1])
+    told, shipped = load_case(file), load_case(shipped_cases()["buckling"])
+    assert told.problem == shipped.problem
+    assert told.initial == shipped.initial
+    assert told.until == shipped.until
+    assert told.record.positions_every == shipped.record.positions_every
+    assert told.record.observables_interval == shipped.record.observables_interval
+
+
+def test_the_next_command_is_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert "Next: stokesfibers run buckling.toml\n" in invoke("buckling").stderr
+    assert "Next: stokesfibers sweep buckling_sweep.toml\n" in invoke("sweeps/buckling").stderr
 
 
 def test_nothing_is_overwritten_and_bad_names_are_told(tmp_path: Path):

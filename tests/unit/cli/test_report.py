@@ -17,5 +17,5 @@ def test_bad_names_are_refused(run, invoke):
     for name in ("a.pdf", "no/a.html"):
         result = invoke("report", run, "--out", run.parent / name)
         assert result.exit_code == 2
-        assert "path: expected a file" in result.stderr
+        assert "--out: expected a file" in result.stderr
     assert invoke("report", run.with_name("none.zarr")).exit_code == 2

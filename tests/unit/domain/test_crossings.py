@@ -9,6 +9,7 @@ from stokesfibers.core.errors import InputError
 from stokesfibers.domain import Free, Periodic
 from stokesfibers.domain.crossings import find_crossings
 from stokesfibers.domain.neighbours import closest, within
+from stokesfibers.domain.sheared import Sheared
 from support import assert_close
 
 S = np.linspace(-0.5, 0.5, 21)
@@ -43,6 +44,40 @@ def test_fibers_that_stay_on_their_side_do_not_cross(before, after):
 def test_passing_beyond_the_end_is_no_crossing():
     beside = (0.0, 0.52, 0.0)  # the second fiber ends before it reaches the first
     assert find_crossings(_cross(0.01, beside), _cross(-0.01, beside), Free()) == ()
+
+
+def _meeting(seed, at, when=0.37):
+    """Two straight fibers askew that meet at fractions `at` of their lengths at `when` of a step.
+
+    They are far from the origin and turn nowhere: one moves at a constant velocity.
+    """
+    random = np.random.default_rng(seed)
+    along = random.normal(size=(2, 3)) * np.array([[1.0], [0.6]])
+    place = random.uniform(-7.0, 7.0, size=3)
+    velocity = random.normal(size=3)
+    moments = []
+    for time in (0.0, 1.0):
+        ends = (
+            place + (np.array([0.0, 1.0])[:, None] - np.array(at)[:, None, None]) * along[:, None]
+        )
+        ends[0] += (time - when) * velocity
+        moments.append(
+            ends[:, :1] + np.linspace(0.0, 1.0, 4)[:, None] * (ends[:, 1:] - ends[:, :1])
+        )
+    return moments
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("at", [(0.05, 0.1), (0.15, 0.9), (0.93, 0.2), (0.8, 0.97)])
+def test_fibers_askew_cross_where_and_when_they_meet(seed, at):
+    (found,) = find_crossings(*_meeting(seed, at), Free())
+    assert_close(found.fraction, 0.37, rtol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("at", [(1.05, 0.5), (0.5, -0.05), (-0.1, 0.9), (0.3, 1.1)])
+def test_fibers_askew_that_pass_beyond_an_end_do_not_cross(seed, at):
+    assert find_crossings(*_meeting(seed, at), Free()) == ()
 
 
 def test_crossing_of_an_image_needs_the_period():
@@ -86,6 +121,56 @@ def test_pairs_within_a_radius_leave_out_the_own_fiber():
     assert pairs.first.size > 0
     assert set(pairs.first // 21) == {0}
     assert set(pairs.second // 21) == {1}
+
+
+@pytest.mark.parametrize("domain", [Periodic((1.3, 1.1, 0.0)), Sheared((1.3, 1.1, 1.2), 0.4)])
+def test_shifts_bring_the_first_of_a_pair_to_the_second(domain):
+    points = np.random.default_rng(8).uniform(-4.0, 4.0, size=(30, 2, 3))
+    pairs = within(points, 0.4, domain)
+    flat = points.reshape(-1, 3)
+    plain = flat[pairs.first] - flat[pairs.second]
+    assert len(plain) > 20
+    assert np.abs(plain).max() > 1.0
+    assert_close(plain + pairs.shift, domain.nearest_image(plain), atol=1e-12)
+    assert np.linalg.norm(plain + pairs.shift, axis=1).max() < 0.4
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-10, 1e10])
+@pytest.mark.parametrize("kind", [Periodic, Sheared])
+def test_a_fiber_is_no_stranger_to_itself_but_to_its_images_in_any_unit(kind, unit):
+    cell = kind((1.2 * unit, 3.0 * unit, 3.0 * unit))
+    fiber = unit * np.stack([S + 5.0, 0 * S - 7.0, 0 * S], axis=-1)[None]
+    pairs = within(fiber, 0.28 * unit, cell)
+    # its ends are 0.2 apart through the period, and nodes are 0.05 apart
+    found = set(zip(pairs.first.tolist(), pairs.second.tolist(), strict=True))
+    assert found == {(0, 20), (0, 19), (1, 20)}
+
+
+def test_pairs_within_a_radius_longer_than_a_period_are_all_found():
+    """Two rows of images up, a cell long in x is displaced by almost a period."""
+    cell = Sheared((3.0, 0.3, 1.0), 4.6)
+    assert cell.offset == pytest.approx(1.38)
+    points = np.random.default_rng(6).uniform(-4.0, 4.0, size=(40, 1, 3))
+    pairs = within(points, 0.5, cell)
+    apart = np.linalg.norm(cell.nearest_image(points - points[:, 0]), axis=-1)
+    expected = {(i, j) for i, j in zip(*np.nonzero(apart < 0.5), strict=True) if i < j}
+    assert 100 < len(expected) < 600
+    assert set(zip(pairs.first.tolist(), pairs.second.tolist(), strict=True)) == expected
+
+
+def test_the_smallest_gap_may_be_between_thick_fibers_farther_apart():
+    """Each thick fiber has a thin one nearer by, whose surface is farther."""
+    centres = np.array([[0.0, 0.0, 0.0], [1.05, 0.0, 0.0], [0.0, 0.6, 0.0], [1.05, 0.6, 0.0]])
+    points = centres[:, None] + np.array([[0.0, 0.0, -0.01], [0.0, 0.0, 0.01]])
+    radii = np.array([0.5, 0.5, 0.0, 0.0])[:, None] * np.ones(2)
+    found = closest(points, radii, Free())
+    assert_close([found.distance, found.gap], [0.6, 0.05], rtol=1e-12)
+
+
+def test_volume_of_a_cell():
+    assert Periodic((2.0, 3.0, 5.0)).volume == 30.0
+    assert Sheared((2.0, 3.0, 5.0), 0.7).volume == 30.0
+    assert Periodic((2.0, 3.0, 0.0)).volume == np.inf
 
 
 @pytest.mark.parametrize("periods", [(0, 0, 0), (-1, 0, 0), (1, 2), (1, "x", 0), (np.nan, 0, 0)])

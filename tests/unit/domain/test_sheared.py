@@ -48,6 +48,35 @@ def test_nearest_image_is_the_shortest(strain):
     assert_close(whole, np.round(whole), atol=1e-12)
 
 
+@pytest.mark.parametrize("strain", [0.9, 3.3, 3.5])
+def test_nearest_image_of_a_flat_cell_may_be_two_rows_away(strain):
+    """Rows of images are close in a cell that is long in x: the nearest is not in the next one."""
+    cell = Sheared((3.0, 0.7, 1.0), strain)
+    points = np.random.default_rng(3).uniform(-3.0, 3.0, (2000, 3))
+    found = cell.nearest_image(points)
+    lattice = np.array([[3.0, 0, 0], [cell.offset, 0.7, 0], [0, 0, 1.0]])
+    steps = np.array(list(product(range(-3, 4), range(-5, 6), (0,)))) @ lattice
+    best = np.linalg.norm(found[:, None] + steps, axis=-1).min(axis=1)
+    assert_close(np.linalg.norm(found, axis=-1), best, rtol=1e-13)
+
+
+def test_images_slide_by_what_the_strain_grows_times_the_period_along_y():
+    """Of a point at rest the image one period up moves like the offset, but for whole periods."""
+    before, after = Sheared(PERIODS, 0.2), Sheared(PERIODS, 0.26)
+    assert before.slide_to(after) == pytest.approx(0.06 * 1.5, rel=1e-12)
+    assert before.slide_to(after) == pytest.approx(after.offset - before.offset, rel=1e-12)
+    assert before.slide_to(before.at(0.2 + 1.0 / 1.5)) == pytest.approx(1.0, rel=1e-12)
+
+
+def test_fibers_are_brought_home_by_their_middles():
+    cell = Sheared(PERIODS, 0.3)
+    fibers = np.random.default_rng(4).standard_normal((20, 5, 3)) * 3.0
+    numbers = cell.brought_home(fibers)
+    assert_close(numbers, np.round(numbers))
+    home = fibers[:, 2] + cell.lattice_vectors(numbers)
+    assert np.all((home >= 0.0) & (home <= cell.lengths))
+
+
 def test_without_strain_it_is_the_periodic_box():
     points = np.random.default_rng(2).standard_normal((50, 3)) * 3.0
     cell, box = Sheared(PERIODS), Periodic(PERIODS)

@@ -58,6 +58,72 @@ def test_placed_fibers_keep_the_gap_images_included(periods):
     assert min(gaps) < 0.15  # dense enough that the gap matters
 
 
+def test_fibers_that_are_short_beside_the_cell_keep_the_gap():
+    """Needles in a plane: neighbours are looked for in cells about as wide as a fiber is long."""
+    periods = np.array([2.0, 1.6, 0.0])
+    middles, units = place_randomly(
+        (Fiber(length=0.3, slenderness=0.01),) * 50,
+        Box(np.zeros(3), np.array([2.0, 1.6, 1e-9]), periods),
+        orientation=InPlane(),
+        least_gap=0.02,
+        seed=0,
+    )
+    starts, alongs = middles - 0.15 * units, 0.3 * units
+    shifts = np.array(list(product((-1, 0, 1), (-1, 0, 1), (0,)))) * periods
+    gaps = [
+        segment_distances(starts[k] + shift, alongs[k], starts[:k], alongs[:k]).min() - 0.006
+        for k in range(1, 50)
+        for shift in shifts
+    ]
+    assert 0.02 <= min(gaps) < 0.03
+
+
+@pytest.mark.parametrize(("gap", "fits"), [(0.05, True), (0.16, False)])
+def test_radii_of_both_fibers_are_kept_apart(gap, fits):
+    """Side by side, at most 0.3 apart, with radii 0.1 and 0.05; the first is near the border."""
+    kinds = (Fiber(slenderness=0.1), Fiber(length=0.5, slenderness=0.1))
+    box = Box(np.zeros(3), np.array([1e-3, 0.3, 1e-3]), np.zeros(3))
+    options = {"orientation": Aligned(), "least_gap": gap, "seed": 25}
+    if fits:
+        middles, _ = place_randomly(kinds, box, **options)
+        assert 0.2 <= abs(middles[1, 1] - middles[0, 1]) < 0.3
+    else:
+        with pytest.raises(InputError, match=r"room for 1 \(n L\^3 would be 3.75e\+06"):
+            place_randomly(kinds, box, **options)
+
+
+@pytest.mark.parametrize(("gap", "fits"), [(0.03, True), (0.042, False)])
+def test_a_fiber_keeps_the_gap_to_its_own_image(gap, fits):
+    """End to end 0.05 apart, with a radius of 0.005 as a cylinder with round ends."""
+    periods = np.array([1.05, 3.0, 3.0])
+    fibers, box = (Fiber(slenderness=0.005),), Box(np.zeros(3), periods, periods)
+    options = {"orientation": Aligned(), "least_gap": gap, "seed": 1}
+    if fits:
+        assert len(place_randomly(fibers, box, **options)[0]) == 1
+    else:
+        with pytest.raises(InputError, match="room for 0"):
+            place_randomly(fibers, box, **options)
+
+
+def test_fibers_longer_than_a_period_keep_the_gap_to_images_beyond_the_next():
+    periods = np.array([0.4, 1.5, 3.0])
+    shifts = np.array(list(product(range(-4, 5), (-1, 0, 1), (-1, 0, 1)))) * periods
+    own = np.any(shifts != 0.0, axis=1)
+    for seed in range(4, 10):
+        middles, units = place_randomly(
+            (Fiber(slenderness=0.005),) * 2,
+            Box(np.zeros(3), periods, periods),
+            orientation=Isotropic(),
+            least_gap=0.03,
+            seed=seed,
+        )
+        for k, m in ((0, 0), (1, 0), (1, 1)):
+            starts = middles[m] - 0.5 * units[m] + (shifts[own] if k == m else shifts)
+            alongs = np.tile(units[m], (len(starts), 1))
+            gaps = segment_distances(middles[k] - 0.5 * units[k], units[k], starts, alongs) - 0.01
+            assert gaps.min() >= 0.03
+
+
 def test_placement_repeats_with_its_seed_and_changes_with_it():
     kinds = (Fiber(slenderness=0.01),) * 5
     box = Box(np.zeros(3), np.full(3, 3.0), np.zeros(3))

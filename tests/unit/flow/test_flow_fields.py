@@ -180,6 +180,15 @@ def test_oscillation_counts_cycles_not_radians() -> None:
     assert_allclose(quarters, [0.0, 2.0, 0.0, -2.0, 0.0], rtol=0.0, atol=1e-14)
 
 
+@pytest.mark.parametrize("flow", [Shear(-0.7), OscillatoryShear(amplitude=1.3, frequency=0.4)])
+@pytest.mark.parametrize("t", [0.9, 2.1])
+def test_strain_is_the_integral_of_the_shear_rate(flow: AbstractFlow, t: float) -> None:
+    z, w = np.polynomial.legendre.leggauss(30)
+    rates = [flow.gradient(np.zeros(3), 0.5 * t * (1.0 + at))[0, 1] for at in z]
+    assert flow.strain(t) == pytest.approx(0.5 * t * float(w @ rates), rel=1e-12)
+    assert flow.strain(0.0) == 0.0
+
+
 def test_rotation_along_z_turns_x_towards_y() -> None:
     assert_array_equal(Rotation().velocity(np.array([1.0, 0.0, 0.0]), 0.0), [0.0, 1.0, 0.0])
 

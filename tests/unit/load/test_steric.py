@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -19,6 +21,7 @@ def _state(second, domain=None):
     first = np.stack([S, 0.1 * S**2, 0 * S], axis=-1)
     weights = np.full((2, 41), 1.0 / 40)
     weights[:, [0, -1]] *= 0.5
+    weights[1] *= 1.7  # as if it were longer
     return LoadedState(np.stack([first, second]), weights, RADII, domain or Free())
 
 
@@ -42,12 +45,15 @@ def _energy(state):
 def test_density_is_minus_the_gradient_of_the_potential():
     density = LOAD.density(_state(_second()))
     assert np.abs(density).max() > 0.1
-    for node, axis in [(20, 2), (22, 0), (18, 1)]:
-        step = np.zeros((41, 3))
-        step[node, axis] = 1e-6
-        up, down = (_energy(_state(_second() + sign * step)) for sign in (1, -1))
-        weight = 1.0 / 40
-        assert_close(density[1, node, axis] * weight, -(up - down) / 2e-6, rtol=1e-5)
+    for fiber, node, axis in [(1, 20, 2), (1, 22, 0), (1, 18, 1), (0, 20, 2), (0, 21, 1)]:
+        step = np.zeros((2, 41, 3))
+        step[fiber, node, axis] = 1e-6
+        state = _state(_second())
+        up, down = (
+            _energy(replace(state, positions=state.positions + sign * step)) for sign in (1, -1)
+        )
+        weight = state.weights[fiber, node]
+        assert_close(density[fiber, node, axis] * weight, -(up - down) / 2e-6, rtol=1e-5)
 
 
 def test_forces_balance_and_push_apart():

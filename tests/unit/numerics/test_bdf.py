@@ -112,6 +112,27 @@ def test_the_order_follows_the_longest_step_once_settled():
     assert AdaptiveSteps(1e-4, highest_order=3).orders(3, 7) == (2, 3)
 
 
+def test_the_higher_order_is_taken_where_growth_is_what_limits_both():
+    """Steps of both could be longer than any order's growth lets them: only the order counts."""
+    control = AdaptiveSteps(rtol=1e-4)
+    errors = {q: (0.8 / ratio) ** (q + 1) for q, ratio in ((3, 3.0), (4, 3.1))}
+    assert control.judge(errors, 0.1, 3, 3).order == 4, "though its step is hardly longer"
+    errors = {q: (0.8 / ratio) ** (q + 1) for q, ratio in ((3, 1.5), (4, 1.55))}
+    assert control.judge(errors, 0.1, 3, 3).order == 3
+
+
+def test_what_a_step_may_commit_makes_errors_follow_the_tolerance_at_order_five():
+    """h^6 errs by the allowance, h^5 is what adds up over the run: in proportion to rtol."""
+    coarse, fine = (AdaptiveSteps(rtol=r).step_tolerance for r in (1e-3, 1e-6))
+    steps = (fine / coarse) ** (1.0 / 6.0)
+    assert steps**5 == pytest.approx(1e-3)
+
+
+def test_the_first_step_is_shorter_where_things_change_faster():
+    control = AdaptiveSteps(rtol=1e-4)
+    assert control.first(4.0) == pytest.approx(0.25 * control.first(1.0))
+
+
 def test_fixed_steps_start_short_and_reach_order_and_length():
     control = FixedSteps(dt=0.02, order=5)
     size, order, sizes = control.first(1.0), 1, []

@@ -45,6 +45,30 @@ def test_errors_of_correlated_values_are_found(memory):
     assert block_average(np.arange(8192.0), values, block=1.0).error < 0.5 * known
 
 
+@pytest.mark.parametrize("seed", [3, 12, 21, 24])
+def test_blocks_are_doubled_until_b_cubed_passes_twice_n_times_the_fourth_power(seed):
+    """b^3 > 2 n (error_b / error_1)^4, found anew from the series of means."""
+    values, _ = _correlated(2048, 6.0, seed)
+    found = block_average(0.25 * np.arange(2048), values)
+
+    def error(size):
+        means = values.reshape(-1, size).mean(axis=1)
+        return np.sqrt(np.sum((means - means.mean()) ** 2) / (len(means) * (len(means) - 1)))
+
+    sizes = 2 ** np.arange(10)
+    passed = [b**3 > 2 * 2048 * (error(b) / error(1)) ** 4 for b in sizes]
+    size = sizes[passed.index(True)]
+    assert (found.blocks, found.settled) == (2048 // size, True)
+    assert_close([found.block, found.error], [0.25 * size, error(size)], rtol=1e-12)
+
+
+def test_what_is_left_over_by_whole_blocks_is_the_start():
+    values = np.array([100.0, -50.0, *range(12)])
+    found = block_average(2.0 * np.arange(14), values, block=6.0)
+    assert (found.mean, found.blocks) == (5.5, 4)
+    assert_close(found.block, 6.0, rtol=1e-14)
+
+
 def test_a_drift_is_not_taken_for_settled():
     time = np.linspace(0.0, 1.0, 257)
     assert not block_average(time, time).settled
@@ -62,6 +86,8 @@ def test_the_start_of_a_run_can_be_left_out():
         {"observables": xr.Dataset({"shear_stress": ("time", values)}, {"time": time})}
     )
     assert_close(average_of(data, "shear_stress", after=4.99, block=0.2).mean, 1.0, rtol=1e-12)
+    from_there = average_of(data, "shear_stress", after=time[60], block=0.2)
+    assert from_there.blocks == 20, "the time itself counts"
     with pytest.raises(InputError, match="scalar observable"):
         average_of(data, "stress")
 

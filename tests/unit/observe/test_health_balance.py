@@ -8,7 +8,14 @@ import pytest
 import stokesfibers as sf
 from stokesfibers.domain import Free
 from stokesfibers.load import Gravity
-from stokesfibers.observe.balance import elastic_force, force_error, torque_error
+from stokesfibers.numerics.chebyshev import ChebyshevGrid
+from stokesfibers.observe.balance import (
+    Motion,
+    _derivative,
+    elastic_force,
+    force_error,
+    torque_error,
+)
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.run.health_motion import balance_of
 from stokesfibers.run.moment import snapshot
@@ -30,9 +37,10 @@ def _after(problem, curve, steps):
     return stepper, carry
 
 
-def _bent(engine, **changes):
+def _bent(engine, count=1, **changes):
     arguments = {"mu_bar": 2e4, "flow": sf.Shear(1.0), "engine": engine} | changes
-    return sf.Problem(sf.Fiber(slenderness=1e-2), **arguments), free_end_curve().nodes(60).T[None]
+    fiber = sf.Fiber(slenderness=1e-2, count=count)
+    return sf.Problem(fiber, **arguments), free_end_curve().nodes(60).T[None]
 
 
 def _on_grid(curve, tension, intervals):
@@ -51,6 +59,50 @@ def test_free_ends_balance_up_to_the_grid_error():
         coarse, fine = (float(error(moment)[0]) for moment in moments)
         assert 1e-7 < fine < 5e-3
         assert coarse > 1.7 * fine
+
+
+def test_the_elastic_force_is_that_of_the_curve():
+    """f_e = E x_ssss - T_s x_s - T x_ss with E = 2, away from the ends to the grid's error."""
+    curve, tension = free_end_curve(), np.polynomial.Polynomial([0.0, 110.0, -190.0, 80.0])
+    moment = _on_grid(curve, tension, 400)
+    inner = slice(20, -20)
+    s = moment.fibers[0].grid.nodes[inner]
+    bending, pull = 2.0 * curve(s, 4), tension(s) * curve(s, 2) + tension.deriv()(s) * curve(s, 1)
+    assert 0.3 < np.abs(pull).max() / np.abs(bending).max() < 3.0
+    assert_close(elastic_force(moment)[0][:, inner], bending - pull, rtol=2e-3)
+
+
+def test_slopes_on_the_points_that_the_spectral_engine_shows():
+    grid = ChebyshevGrid(2.0, 8)
+    cubic = np.polynomial.Polynomial([1.0, -2.0, 0.7, 3.0])
+    assert_close(_derivative(grid) @ cubic(grid.nodes), cubic.deriv()(grid.nodes), rtol=1e-12)
+
+
+def test_torque_is_about_the_centre():
+    """With a net force it would depend on the origin otherwise."""
+    curve, tension = free_end_curve(), np.polynomial.Polynomial([0.0, 30.0])
+    here = _on_grid(curve, tension, 100)
+    moved = _on_grid(lambda s: curve(s) + np.array([[5.0], [-3.0], [2.0]]), tension, 100)
+    assert float(force_error(here)[0]) > 1e-2
+    assert_close(torque_error(moved), torque_error(here), rtol=1e-8)
+
+
+def test_parts_of_a_balance():
+    """By hand: two fibers of lengths 1 and 2 with constant forces that move along x and y."""
+    weights = np.array([[0.25, 0.5, 0.25], [0.5, 1.0, 0.5]])
+    one = np.ones((2, 3, 3))
+    motion = Motion(0.5, 5.0 * one, 2.0 * one, 0.75 * one, 0.5 * one, weights)
+    turning = np.zeros((2, 3, 3))
+    turning[0, 1] = [-1.0, 0.0, 1.0]  # mean square 1/2 along the fiber
+    balance = motion.balance(0.5 * one + turning, 7.0)
+    length = 3.0
+    assert balance.dissipation == pytest.approx(3.0 * (5.0 - 2.0) * (0.75 - 0.5) * length)
+    assert balance.flow_power == pytest.approx(3.0 * (5.0 - 2.0) * 0.75 * length)
+    assert balance.load_power == pytest.approx(3.0 * 2.0 * 0.5 * length)
+    expected = 7.0 + balance.dissipation - balance.flow_power - balance.load_power
+    assert balance.residual == pytest.approx(expected)
+    assert balance.defect == pytest.approx(np.sqrt(0.5))
+    assert balance.pace == pytest.approx(np.sqrt(0.5)), "without the mean"
 
 
 def test_an_end_under_tension_is_seen():
@@ -110,3 +162,52 @@ def test_power_balances_while_a_fiber_bends(engine, share, weight):
     assert (abs(balance.load_power) > 0.01 * size) == (weight > 0.0)
     assert abs(balance.residual) < share * size
     assert balance.defect < 10.0 * share * balance.pace
+
+
+@pytest.mark.parametrize("kind", ["spectral", "paper"])
+def test_balances_do_not_depend_on_units(kind):
+    """The same run of a longer, stiffer fiber in a slower flow, powers in units of E rate / L."""
+
+    def weighed(length, rigidity, rate):
+        if kind == "spectral":
+            engine = sf.SpectralEngine(nodes=24, dt=0.02 / rate, order=2)
+        else:
+            engine = sf.PaperEngine(intervals=40, dt=0.01 / rate, beta=20.0 * rate)
+        weight = 100.0 * rigidity / length**3
+        problem = sf.Problem(
+            sf.Fiber(slenderness=1e-2, length=length, rigidity=rigidity),
+            mu_bar=2e4 / rate,  # 8 pi mu L^4 / E, a time
+            flow=sf.Shear(rate),
+            engine=engine,
+            load=Gravity((0.0, -weight, 0.0)),
+        )
+        stepper, carry = _after(problem, length * free_end_curve().nodes(60).T[None], 8)
+        found, moment = balance_of(stepper, 1)(carry), snapshot(stepper, carry)
+        power = rigidity / length * rate
+        parts = found.elastic_rate, found.dissipation, found.flow_power, found.load_power
+        numbers = [part / power for part in parts] + [found.pace / rate]
+        if kind == "paper":  # with the other these are small
+            numbers += [found.defect / rate, force_error(moment)[0], torque_error(moment)[0]]
+        return np.array(numbers)
+
+    one, other = weighed(1.0, 1.0, 1.0), weighed(2.0, 3.0, 0.5)
+    assert np.abs(one).min() > 1e-6
+    assert_close(other / one, np.ones(one.shape), rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("engine", "share", "off"),
+    [
+        (sf.SpectralEngine(nodes=24, dt=5e-3, order=3), 1e-5, 1e-5),
+        (sf.PaperEngine(intervals=50, dt=2e-3, beta=20.0), 1e-2, 1e-3),
+    ],
+    ids=["spectral", "paper"],
+)
+def test_power_balances_between_two_fibers(engine, share, off):
+    problem, one = _bent(engine, count=2)
+    both = np.concatenate([one, one + np.array([0.05, 0.1, 0.12])])
+    stepper, carry = _after(problem, both, 16)
+    balance = balance_of(stepper, 1)(carry)
+    size = abs(balance.flow_power) + abs(balance.dissipation)
+    assert abs(balance.residual) < share * size
+    assert balance.defect < off * balance.pace

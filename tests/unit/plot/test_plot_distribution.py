@@ -120,3 +120,22 @@ def test_one_straight_fiber_still_has_a_figure(run, tmp_path):
         span = axes[1].get_xlim()
         assert span[1] - span[0] >= 0.05
         assert plot.save(axes, tmp_path / "a.png", dpi=50).exists()
+
+
+def test_the_curve_of_curvatures_has_no_steps_between_recorded_points(run):
+    """A curvature that falls evenly along a fiber is shared out evenly."""
+    s, fine = np.linspace(0.0, 1.0, 21), np.linspace(0.0, 1.0, 2001)
+    middle = 0.5 * (fine[1:] + fine[:-1])
+    angle = 2.0 * middle - middle**2  # kappa = 2 (1 - s)
+    for axis, part in enumerate((np.cos(angle), np.sin(angle), 0.0 * angle)):
+        way = np.concatenate([[0.0], np.cumsum(part * np.diff(fine))])
+        run["trajectory"]["position"][..., axis] = np.interp(s, fine, way)
+    _, shares = plot.curvature(run, times=[0.0])
+    (line,) = shares.get_lines()
+    assert line.get_drawstyle() == "default"
+    value, share = (np.asarray(part) for part in line.get_data())
+    # from zero at the free end to 1.9 at the first point, then evenly down to zero
+    inside = (value > 0.15) & (value < 1.85)
+    np.testing.assert_allclose(share[inside], 1.0 - value[inside] / 1.9, atol=2e-3)
+    drop = -np.diff(share[inside])
+    assert drop.max() < 1.6 * drop.mean()

@@ -96,3 +96,9 @@ def test_an_empty_run_still_gives_four_panels(tmp_path):
 def test_many_fibers_become_bands(crowd):
     error, _, _, curvature = plot.health(crowd)
     assert len(error.collections) == len(curvature.collections) == 1
+
+
+def test_colours_of_thin_lines_are_seen_in_the_legend(run):
+    wall = plot.health(run)[2]
+    assert min(line.get_linewidth() for line in wall.get_lines()) < 0.5
+    assert min(line.get_linewidth() for line in wall.get_legend().get_lines()) >= 1.0

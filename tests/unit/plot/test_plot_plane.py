@@ -113,3 +113,20 @@ def test_a_few_fast_points_do_not_wash_out_the_colours():
     bar = ax.collections[0].colorbar
     assert bar is not None
     assert bar.extend == "max"
+
+
+def test_the_colour_bar_says_what_is_left_out_on_as_many_lines_as_fit():
+    x, y, u = grid()
+    low = plot.velocity_slice(x, y, u).collections[0].colorbar
+    tall = plot.velocity_slice(y, x, u.swapaxes(0, 1), disturbance=True).collections[0].colorbar
+    assert low is not None
+    assert tall is not None
+    assert low.ax.get_ylabel() == "fluid speed\n$|\\mathbf{u}|$ [length time$^{-1}$]"
+    said = r"disturbance speed $|\mathbf{u}-\mathbf{U}|$ [length time$^{-1}$]"
+    assert tall.ax.get_ylabel() == said
+
+
+def test_speeds_that_are_all_zero_have_colours():
+    x, y, u = grid()
+    ax = plot.velocity_slice(x, y, 0.0 * u)
+    assert ax.collections[0].get_clim() == (0.0, 1.0)

@@ -79,7 +79,7 @@ def test_stress_draws_both_and_a_zero_line(run):
     np.testing.assert_array_equal(first.get_ydata(), stored(run, "first_normal_stress_difference"))
     np.testing.assert_array_equal(shear.get_ydata(), stored(run, "shear_stress"))
     assert labels(ax) == ["$N_1$", r"$\Sigma_{12}$"]
-    assert ax.get_ylabel() == "extra stress [force length]"
+    assert ax.get_ylabel() == r"extra stress $\Sigma$ [force length]"
     assert first.get_linestyle() != shear.get_linestyle()
 
 

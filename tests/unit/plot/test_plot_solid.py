@@ -13,11 +13,12 @@ import xarray as xr
 from stokesfibers import plot
 from stokesfibers.core.errors import InputError
 from stokesfibers.domain.sheared import Sheared
+from stokesfibers.plot.averages import with_error
 from stokesfibers.plot.case import offset
 from stokesfibers.plot.geometry import slanted, wrapped
 from stokesfibers.plot.paint import node_values
 from stokesfibers.plot.perspective import solid_panels
-from stokesfibers.plot.solid import on_page
+from stokesfibers.plot.solid import fit, on_page, outermost, seen_at
 
 PERIODS = (0.8, 0.6, 0.7)
 
@@ -113,7 +114,7 @@ def test_each_fiber_can_have_its_colour(sheared):
     ink = colours[~np.all(colours == 1.0, axis=1)]
     assert len(np.unique(ink, axis=0)) == len(plot.LIGHT.palette)
     bar = plot.perspective(sheared, time=0.5, colour="orientation").figure.axes[1]
-    assert bar.get_ylabel() == r"angle to the flow direction $\theta$"
+    assert bar.get_ylabel() == r"angle to the flow direction $\theta$ [rad]"
     np.testing.assert_allclose(bar.get_ylim(), [0.0, np.pi / 2], rtol=1e-12)
 
 
@@ -134,3 +135,51 @@ def test_averages_show_mean_and_error_over_their_times(run):
     assert ax.get_ylabel() == r"$\Sigma_{12}$ [force length]"
     with pytest.raises(InputError, match="averages"):
         plot.averages(run, [])
+
+
+@pytest.mark.parametrize(
+    ("mean", "error", "said"),
+    [
+        (58.45, 24.0, "58 ± 24"),
+        (-0.5751, 120.0, "0 ± 120"),
+        (0.003673, 0.0015, "0.0037 ± 0.0015"),
+        (18.28, 1.9, "18.3 ± 1.9"),
+        (12345.0, 240.0, "12340 ± 240"),
+        (99.96, 0.0996, "99.96 ± 0.10"),
+        (-0.004, 0.12, "0.00 ± 0.12"),
+        (123456.0, 2400.0, "(1.235 ± 0.024) × 10⁵"),
+        (-3e-7, 1.2e-8, "(-3.00 ± 0.12) × 10⁻⁷"),
+        (2.0, 0.0, "2 ± 0"),
+        (2.0, np.nan, "2 ± nan"),
+    ],
+)
+def test_a_mean_is_rounded_to_the_second_digit_of_its_error(mean, error, said):
+    assert with_error(mean, error) == said
+    assert with_error(mean, error, " or more") == f"{said} or more"
+
+
+def test_edges_are_labelled_with_unit_and_limits(sheared):
+    ax = plot.perspective(sheared, time=0.5, colour=None)
+    words = [text.get_text() for text in ax.texts]
+    for name, period in zip("xyz", PERIODS, strict=True):
+        assert f"${name}$ [length]\n0 to {period:g} (period)" in words
+
+
+def test_the_outermost_points_bound_all_others():
+    points = np.random.default_rng(2).normal(size=(500, 3))
+    hull = outermost(points)
+    assert len(hull) < 100
+    np.testing.assert_array_equal(hull.min(axis=0), points.min(axis=0))
+    np.testing.assert_array_equal(hull.max(axis=0), points.max(axis=0))
+    away = np.array([3.0, -4.0, 5.0])
+    assert (hull @ away).max() >= 0.9 * (points @ away).max()
+
+
+def test_what_is_to_be_seen_fills_the_panel_whatever_the_box_is(sheared):
+    ax = plot.perspective(sheared, time=0.5, colour=None)
+    points = np.array([[0.4, 0.0, 0.3], [0.4, 0.6, 0.3]])
+    small = fit(ax, np.zeros(3), np.array([2.0, 0.6, 2.0]))
+    large = fit(ax, np.zeros(3), np.array([2.0, 0.6, 2.0]), shown=points)
+    assert large > 1.2 * small
+    seen = seen_at(ax, points)
+    assert np.all((seen > 0.0) & (seen < 1.0))

@@ -117,9 +117,10 @@ def test_perspective_has_equal_scales_and_holds_the_cell_and_all_fibers(cell):
     assert [box[..., 0].min(), box[..., 0].max()] == [0.0, PERIOD]
     assert len(ax.collections) == 1 + 2 + 1  # edges, the two periodic faces, fibers
     words = " ".join(text.get_text() for text in ax.texts)
-    assert "$x$, period\n0.75 [length]" in words
+    assert "$x$ [length]\n0 to 0.75 (period)" in words
     assert "$t = 10$" in words
-    assert "$y$, extent" in words
+    assert words.count("(period)") == 1
+    assert "$y$ [length]\n" in words
 
 
 def test_perspective_refuses_flat_axes_other_colours_and_missing_positions(cell):

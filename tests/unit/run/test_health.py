@@ -340,6 +340,23 @@ def test_what_was_missing_and_came_back_is_doubted():
     assert reason.value == pytest.approx(1e-3 / 2.0, rel=0.1)
 
 
+@pytest.mark.parametrize(("pace", "moved"), [(0.2, 1.0), (5.0, 10.0)])
+def test_errors_of_motion_are_integrals_over_what_moved(pace, moved):
+    """By trapezoids, of t from 0.1 to 2 and what is first known from 0 on; 1 is the least."""
+    balances = [replace(_power(0.1 * k, 0.0), defect=1e-4 * k, pace=pace) for k in range(1, 21)]
+    found = _weighed(balances).state()["now"]["motion_error"]
+    assert found == pytest.approx((1e-5 + 0.5e-3 * (2.0**2 - 0.1**2)) / moved, rel=1e-12)
+
+
+def test_what_errors_within_the_limit_dissipate_counts_as_dissipated():
+    """rtol 8 pi mu L^3 pace^2 = 1e-8 1e3 2^2 beside 1e-5 that the flow gives; 1e-6 is missing."""
+    balances = [
+        Balance(0.1 * k, 1e-6 - 1e-5, 1e-5, 0.0, 0.0, defect=0.0, pace=2.0) for k in range(1, 21)
+    ]
+    found = _weighed(balances).state()["now"]["energy_error"]
+    assert found == pytest.approx(1e-6 / (1e-5 + 4e-5), rel=1e-12)
+
+
 @pytest.mark.parametrize("lost", [float("nan"), float("inf")])
 def test_what_is_not_finite_is_doubted_and_survives_a_checkpoint(lost):
     balances = [_power(0.1 * k, 0.0) for k in range(1, 21)]

@@ -11,6 +11,7 @@ import xarray as xr
 from PIL import Image
 
 from stokesfibers.core.errors import InputError, MissingExtraError, StokesFibersError
+from stokesfibers.plot.solid import Cell, seen_at
 from stokesfibers.studio import movie_workers
 from stokesfibers.studio.frames import Stage
 from stokesfibers.studio.movie import Film, _records, _scene, _shots, movie
@@ -137,6 +138,24 @@ def test_limits_and_colours_hold_for_the_whole_movie():
     assert (scene.paint.low, scene.paint.high) == (-most, most)
     slants = [s.slant for s in _shots(data, choice, [0, 3])]
     assert slants == pytest.approx([0.0, 0.3])
+
+
+@pytest.mark.parametrize("orbit", [0.0, 200.0])
+def test_what_is_seen_fills_the_picture_and_nothing_is_cut_off(orbit):
+    data = sheared()
+    choice = film(size=(640, 480), series="none", orbit=orbit)
+    records = _records(data, choice)
+    stage = Stage(_scene(data, choice, records))
+    axes, tall = stage._axes, 0.0
+    for shot in _shots(data, choice, records):
+        stage.draw(shot)
+        cell = Cell(np.stack([np.zeros(3), PERIODS], axis=1), np.array(PERIODS), shot.slant)
+        points = np.concatenate([shot.points.reshape(-1, 3), cell.corners()])
+        at = axes.bbox.p0 + seen_at(axes, points) * axes.bbox.size
+        assert np.all(at > -1.0)
+        assert np.all(at < np.array([641.0, 481.0]))
+        tall = max(tall, float(np.ptp(at[:, 1])))
+    assert tall > 0.53 * 480
 
 
 @pytest.mark.parametrize("colour", ["tension", "curvature", "orientation", "fiber", None])

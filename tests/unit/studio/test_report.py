@@ -15,6 +15,7 @@ from stokesfibers.core.errors import InputError
 from stokesfibers.observe.averages import block_average
 from stokesfibers.studio.report import report, report_text
 from stokesfibers.studio.report_averages import has_averages, run_averages
+from stokesfibers.studio.report_facts import case_tables
 from stokesfibers.studio.report_figures import drawings
 from stokesfibers.studio.report_toml import toml_text
 
@@ -173,8 +174,8 @@ def test_numbers_of_the_run_are_on_the_page(three):
         "can be trusted",
         "steps 100",
         "rejected tries 3",
-        "wall time, solve 25 s",
-        "wall time, all stages 1 min 15 s",
+        "wall time of the steps, solve 25 s",
+        "wall time of the steps, all stages 1 min 15 s",
         "smallest gap between surfaces 0.05",
         "largest relative length error 9.99",
         "3 flexible fibers",
@@ -210,6 +211,54 @@ def test_doubts_are_said_with_their_reasons(three):
     assert "This run failed" in words
     assert "It broke." in words
     assert "did not watch its own balances" in words
+
+
+@pytest.mark.usefixtures("few_figures")
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        ("failed", "Nothing was beyond its limit until then."),
+        ("running", "Nothing has been beyond its limit so far."),
+        ("done", "The result can be trusted"),
+    ],
+)
+def test_a_run_that_watched_itself_is_not_said_not_to_have(code, told, three):
+    error = 1e-6 * three["observables"]["shear_stress"]
+    three["observables"] = three["observables"].to_dataset().assign(energy_error=error)
+    trust = "trusted" if code == "done" else ""
+    three.attrs["status"] = {**STATUS, "code": code, "trust": trust}
+    words = Page(report_text(three)).text
+    assert told in words
+    assert "did not watch" not in words
+    assert ("The result can be trusted" in words) == (code == "done")
+
+
+SOLVER = {"solver": "fixed_point", "tolerance": 1e-6, "most": 100}
+
+
+@pytest.mark.parametrize(
+    ("engine", "count", "said"),
+    [
+        ("spectral", 1, ()),
+        ("spectral", 2, ("close_approach",)),
+        ("paper", 1, ("beta",)),
+        ("paper", 2, ("beta", "solver", "tolerance", "close_approach")),
+    ],
+)
+def test_keys_without_effect_are_not_in_the_tables_of_the_case(engine, count, said):
+    case = {
+        "engine": engine,
+        "fiber": [{"length": 1.0, "count": count}],
+        "domain": {"kind": "free"},
+        "model": {"mobility": "nonlocal", "close_approach": {"kind": "smooth"}},
+        "constraint": {"beta": 20.0, **SOLVER},
+    }
+    page = case_tables(case)
+    words = ("beta", "solver", "tolerance", "close_approach")
+    assert tuple(word for word in words if word in page) == said
+    assert "mobility" in page
+    for odd in ({**case, "fiber": 3}, {**case, "constraint": 5, "domain": None}):
+        assert "engine" in case_tables(odd)
 
 
 def test_a_run_that_holds_almost_nothing_has_a_report():

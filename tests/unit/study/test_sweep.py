@@ -87,7 +87,12 @@ def test_coordinates_are_the_swept_parameters_and_values_those_of_the_runs(whole
         "j": 3,
     }
     assert data["mu_bar"].to_numpy().tolist() == [1e3, 1e4]
-    assert data["mu_bar"].attrs["path"] == "fluid.mu_bar"
+    assert data["mu_bar"].attrs == {
+        "path": "fluid.mu_bar",
+        "units": "1",
+        "symbol": r"\bar\mu",
+        "long_name": "effective viscosity",
+    }
     assert (data["status"] == "done").all()
     assert data.attrs["status"] == "done"
     assert "command" in json.loads(data.attrs["provenance"])

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stokesfibers.experiments import ewald_tables_slow as slow
 from stokesfibers.experiments.base import Settings
 from stokesfibers.experiments.registry import EXPERIMENTS
 from stokesfibers.run.selftest import tension_error
@@ -95,18 +96,18 @@ def test_the_correction_of_the_rate_is_that_of_a_quadrature():
 
 def test_independent_sums_agree_among_themselves():
     """Lines and layers of images with a very long period are free space and lines."""
-    r = np.array([[0.3, 0.2, 1.4], [-0.4, 0.1, 1.7], [0.2, -0.3, 1.2]])
-    forces = np.array([1.0, -2.0, 1.0])[:, None, None]
-
-    def total(tensor):
-        return (forces * tensor).sum(axis=0)
-
-    free, line = total(sums.stokeslet(r)), total(sums.line_of_images(r, 400.0))
+    targets = np.array([[0.3, 0.2, 1.4], [-0.4, 0.1, 1.7]])
+    forces = np.array([[1.0, 0.3, 0.0], [-2.0, 0.1, 1.0], [1.0, -0.4, -1.0]])
+    pairs = slow.Pairs(
+        targets, np.array([[0.0, 0.0, 0.0], [0.2, 0.1, 0.1], [0.1, -0.3, 0.2]]), forces
+    )
+    free, line = slow.free(pairs), slow.one_direction(pairs, 400.0, 0)
     assert np.abs(line - free).max() < 1e-5 * np.abs(free).max()
-    near = total(sums.line_of_images(r, 1.0))
-    cell = total(sums.layer_of_images(r, (1.0, 30.0)))
-    assert np.abs(near - cell).max() < 2e-2 * np.abs(near).max()
+    near, layer = slow.one_direction(pairs, 1.0, 0), sums.layer_by_modes(pairs, (1.0, 30.0))
+    assert np.abs(near - layer).max() < 2e-2 * np.abs(near).max()
     assert np.abs(near - free).max() > 0.1 * np.abs(free).max()
+    two = slow.two_directions(pairs, (1.0, 1.3))
+    assert np.abs(sums.layer_by_modes(pairs, (1.0, 1.3)) - two).max() < 1e-9 * np.abs(two).max()
 
 
 def test_the_bent_curve_has_free_ends_and_unit_tangents():

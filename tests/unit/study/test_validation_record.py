@@ -124,6 +124,8 @@ def test_names_and_tiers_choose_entries():
     assert [e.name for e in chosen(entries, ("long", "long"), quick=True)] == ["long"]
     with pytest.raises(InputError, match=r"--only: expected one of one, long, got 'three'"):
         chosen(entries, ("three",), quick=True)
+    with pytest.raises(InputError, match="Did you mean 'long'"):
+        chosen(entries, ("lonk",), quick=True)
 
 
 def test_tables_hold_every_number_and_can_be_read_again(tmp_path):

@@ -9,6 +9,7 @@ from time import perf_counter
 from typing import Any, Literal
 
 from stokesfibers.core.errors import InputError, MissingExtraError
+from stokesfibers.core.tables import did_you_mean
 from stokesfibers.core.version import __version__
 from stokesfibers.experiments.base import Settings
 from stokesfibers.run.simulate import reproducible
@@ -98,7 +99,8 @@ def chosen(entries: Iterable[Entry], names: Iterable[str], *, quick: bool) -> li
     wanted = list(names)
     for name in wanted:
         if name not in known:
-            raise InputError("--only", f"one of {', '.join(known)}", repr(name))
+            expected = f"one of {', '.join(known)}"
+            raise InputError("--only", expected, repr(name), did_you_mean(name, known))
     if wanted:
         return [known[name] for name in dict.fromkeys(wanted)]
     return [entry for entry in known.values() if entry.tier == "quick" or not quick]

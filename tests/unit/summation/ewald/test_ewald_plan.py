@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+from itertools import product
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from stokesfibers.core.parallel import Workers
 from stokesfibers.domain import Free, Periodic
 from stokesfibers.domain.sheared import Sheared
 from stokesfibers.summation.ewald import EwaldSum
+from stokesfibers.summation.ewald.cloud import gather
 from support import assert_close
 
 pytest.importorskip("ducc0")
@@ -65,6 +67,24 @@ def test_one_and_two_points_in_free_space():
     assert np.abs(EwaldSum().plan(Free(), x[:1], workers=WORKERS).execute(f[:1])).max() < 1e-5
     found = EwaldSum(1e-9).plan(Free(), x, workers=WORKERS).execute(f)
     assert_close(found, [[0.0, 4.0, 0.0], [2.0, 0.0, 0.0]], rtol=1e-9)
+
+
+def test_keys_are_equal_for_one_filament_in_the_same_image_only():
+    """A filament spans five cells along y and two along z, another lies in one."""
+    cell = Sheared((1.0, 1.0, 1.0), 0.3)
+    along = np.linspace(0.1, 0.9, 7)[:, None] * [2.5, 5.5, 1.5]
+    sources = np.concatenate([along, [[0.2, 0.3, 0.4], [0.3, 0.3, 0.4], [4.0, 3.3, 0.4]]])
+    names = np.array([5] * 7 + [2, 2, -1])
+    cloud = gather(cell, sources, None, filaments=names)
+    taken = cloud.lattice.wrapped(sources)[1].T
+    assert np.ptp(taken[:7, 1]) == 4
+    assert np.ptp(taken[:7, 2]) == 1
+    images = np.array(list(product(range(-3, 4), (-1, 0, 1), (-1, 0, 1))))
+    for i, j in np.ndindex(10, 10):
+        alike = cloud.keys[j] - images @ cloud.jumps == cloud.keys[i]
+        own = i == j or (names[i] == names[j] and names[i] >= 0)
+        expected = own & np.all(images == taken[j] - taken[i], axis=1)
+        assert np.array_equal(alike, expected), (i, j)
 
 
 def test_coincident_points_are_finite():

@@ -8,7 +8,7 @@ import pytest
 from reference.periodic_slow import mollified, stokeslet
 from stokesfibers.core.errors import InputError
 from stokesfibers.summation.ewald import Split
-from stokesfibers.summation.ewald.accuracy import bandwidth_for, estimated_error
+from stokesfibers.summation.ewald.accuracy import bandwidth_for, estimated_error, self_error
 from stokesfibers.summation.ewald.near_polynomial import KERNELS, evaluate, fit
 from stokesfibers.summation.ewald.prolate import prolate_series, prolate_values
 from support import assert_close
@@ -117,6 +117,81 @@ def test_bandwidth_is_what_the_estimate_asks_for(kind):
     for tolerance in (1e-3, 1e-7, 1e-11):
         width = bandwidth_for(kind, tolerance)
         assert estimated_error(kind, width, 0.5) == pytest.approx(0.4 * tolerance, rel=0.05)
+
+
+def _variance(left_out, end):
+    """Return what a kernel (pair, 3, 3) at distances up to `end` makes of random forces.
+
+    Per component and density of points; the rest falls like 1 / end.
+    """
+    sums = []
+    for most in (end, 2.0 * end):
+        r = (np.arange(int(40 * most)) + 0.5) / 40.0
+        square = np.sum(left_out(r) ** 2, axis=(1, 2))
+        sums.append(np.sum(4.0 * np.pi * r**2 * square) / 3.0 / 40.0)
+    return 2.0 * sums[1] - sums[0]
+
+
+def _along_x(r):
+    at = np.zeros((len(r), 3))
+    at[:, 0] = r
+    return at
+
+
+def _velocity_variance():
+    """The same of the whole sum in a periodic cube of side 1: (128 pi^2 / 3) sum |2 pi m|^-4."""
+    m2 = np.add.outer(np.add.outer(*[np.arange(-40.0, 41.0) ** 2] * 2), np.arange(-40.0, 41.0) ** 2)
+    inside = (m2 > 0.0) & (m2 <= 1600.0)
+    lattice = np.sum(m2[inside] ** -2.0) + 4.0 * np.pi / 40.0
+    return 128.0 * np.pi**2 / 3.0 * lattice / (2.0 * np.pi) ** 4
+
+
+@pytest.mark.parametrize("width", [9.0, 14.0])
+def test_the_estimate_is_the_variance_of_the_kernel_that_prolate_splits_leave_out(width):
+    split = Split("prolate", 1e-8, 1.0, width)
+
+    def left_out(r):
+        exact = stokeslet(_along_x(r))
+        exact[r < 1.0] = _far(split, r[r < 1.0])
+        return exact - mollified(split.multiplier, split.k_max, _along_x(r))
+
+    expected = np.sqrt(_variance(left_out, 12.0) / _velocity_variance())
+    assert estimated_error("prolate", width, 1.0) == pytest.approx(expected, rel=0.04)
+
+
+@pytest.mark.parametrize("width", [10.0])
+def test_the_estimate_is_the_variance_of_both_kernels_that_gaussian_splits_leave_out(width):
+    """The near part beyond rc = 1, and the far part beyond K: taken to be independent."""
+    xi = np.sqrt(0.5 * width)
+
+    def gamma(k):
+        return np.exp(-((0.5 * k / xi) ** 2)) * (1.0 + (0.5 * k / xi) ** 2)
+
+    def near(r):
+        rest = stokeslet(_along_x(r)) - mollified(gamma, 5.0 * width, _along_x(r))
+        return np.where(r[:, None, None] > 1.0, rest, 0.0)
+
+    def far(r):
+        return mollified(gamma, 5.0 * width, _along_x(r)) - mollified(gamma, width, _along_x(r))
+
+    variance = _variance(near, 3.0) + _variance(far, 12.0)
+    expected = np.sqrt(variance / _velocity_variance())
+    assert estimated_error("gaussian", width, 1.0) == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_few_points_err_by_what_each_does_to_itself(kind):
+    """Each velocity errs by what the force there does to itself, whatever the density."""
+    width, share = 12.0, 0.3
+    split = Split(kind, 1e-8, 1.0, width)
+    origin = mollified(split.multiplier, split.k_max, np.array([[1e-6, 0.0, 0.0]]))[0, 0, 0]
+    own = split.at_origin() - origin
+    assert self_error(kind, width) == pytest.approx(abs(own), rel=1e-6)
+    dense = estimated_error(kind, width, share)
+    for density in (1.0, 8.0):
+        # velocities have a variance of this constant, times density over share in units of rc
+        expected = np.sqrt(dense**2 + own**2 * share / (_velocity_variance() * density))
+        assert estimated_error(kind, width, share, density) == pytest.approx(expected, rel=1e-3)
 
 
 def test_precision_follows_from_the_tolerance():
