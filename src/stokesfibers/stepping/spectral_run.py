@@ -25,8 +25,9 @@ from stokesfibers.problem.discretised import (
 from stokesfibers.problem.engine import SpectralEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.sampled import View
-from stokesfibers.slender.spectral import Resolution, SpectralFiber
+from stokesfibers.slender.spectral import SpectralFiber
 from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
+from stokesfibers.slender.spectral_resolution import Resolution
 from stokesfibers.stepping.base import AbstractStepper, StepError
 from stokesfibers.stepping.report import StepReport
 from stokesfibers.stepping.spectral import Load, SpectralStepper
@@ -164,10 +165,10 @@ class SpectralRunStepper(AbstractStepper[Carry]):
 
     def _discretised(self, nodes: int) -> _Discretised:
         problem, engine = self.problem, self._engine
-        fibers = spectral_fibers(problem, nodes)
+        control, tolerance = _control(engine), quadrature_tolerance(engine)
+        fibers = spectral_fibers(problem, nodes, tolerance)
         kinds = dict(zip(problem.fibers, fibers, strict=True))
         shown = {kind: ShownFiber.of(fiber) for kind, fiber in kinds.items()}
-        control = _control(engine)
         stepper = SpectralStepper(
             fibers,
             drag=problem.drag,
@@ -175,7 +176,7 @@ class SpectralRunStepper(AbstractStepper[Carry]):
             control=control,
             newton_passes=engine.newton_passes,
             load=_load(problem, fibers),
-            interaction=_interaction(problem, fibers, control),
+            interaction=_interaction(problem, fibers, tolerance),
             threads=self._threads,
             team=self._team,
         )
@@ -227,12 +228,17 @@ def _load(problem: Problem, fibers: tuple[SpectralFiber, ...]) -> Load | None:
     return lambda points, t: load_density(problem, points, weights, t)
 
 
-def _interaction(
-    problem: Problem, fibers: tuple[SpectralFiber, ...], control: AbstractStepControl
-) -> AbstractSpectralInteraction:
+def quadrature_tolerance(engine: SpectralEngine) -> float:
+    """Return the error of velocities, between fibers and where one nears itself, relative."""
+    control = _control(engine)
     adaptive = isinstance(control, AdaptiveSteps)
     wanted = _QUADRATURE_SHARE * control.step_tolerance if adaptive else _FIXED_QUADRATURE
-    wanted = min(1e-2, max(1e-12, wanted))
+    return min(1e-2, max(1e-12, wanted))
+
+
+def _interaction(
+    problem: Problem, fibers: tuple[SpectralFiber, ...], wanted: float
+) -> AbstractSpectralInteraction:
     images = problem.image_sum
     if isinstance(images, FastImages):
         return spectral_interaction(problem, fibers, images.tolerance or wanted, images)
