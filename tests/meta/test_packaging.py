@@ -24,6 +24,11 @@ DATA = {
     for p in (ROOT / "src" / "stokesfibers").rglob("*")
     if p.is_file() and p.suffix not in (".py", ".pyc", ".nbi", ".nbc")
 }
+SHIPPED = {
+    f"stokesfibers/{p.relative_to(ROOT).as_posix()}"
+    for p in (ROOT / "cases").rglob("*")
+    if p.is_file()
+}
 CASE = """\
 fiber.slenderness = 1e-2
 fluid.mu_bar = 1e3
@@ -70,7 +75,7 @@ def wheel(dist: Path) -> zipfile.ZipFile:
 
 def test_wheel_holds_the_package_and_nothing_else(wheel):
     names = {n for n in wheel.namelist() if ".dist-info/" not in n}
-    assert names == MODULES | DATA
+    assert names == MODULES | DATA | SHIPPED
     assert len(MODULES) > 100
 
 

@@ -219,7 +219,8 @@ def test_a_cluster_is_used_and_outlives_the_sweep(long_file, whole, tmp_path):
 @pytest.mark.slow
 def test_a_case_that_kills_its_worker_stops_no_other(tmp_path):
     (tmp_path / "flow.py").write_text(
-        "import os\ndef velocity(x, t):\n    if t > 0.5:\n        os._exit(1)\n    return 0.0 * x\n"
+        "import os\nfrom multiprocessing import parent_process\ndef velocity(x, t):\n"
+        "    if t > 0.5 and parent_process():\n        os._exit(1)\n    return 0.0 * x\n"
     )
     file = _file(tmp_path, SHORT)
     swept = '[[cases]]\nname = "sound"\n[[cases]]\nname = "deadly"\n'

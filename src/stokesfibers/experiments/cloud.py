@@ -42,7 +42,7 @@ DENSITY = 200.0 / 5.0**3
 """Filaments over R^3, R the radius of the ball."""
 RTOL = 1e-3
 _FIRST = 1e-3  # of the time to fall R: over it the first velocity is taken
-_FRAMES = 3
+_FRAMES = 2
 _OUTSIDE = 2.0  # in R from the median: filaments farther away are left behind
 _INNER = 0.9  # share of the filaments that the size is told from
 _BELOW = 0.5  # of the velocity of the start
@@ -194,7 +194,7 @@ def _left_behind(centres: Array, radius: float) -> Array:
 
 
 def figure(data: xr.Dataset) -> Figure:
-    """Draw the cloud at three times, in perspective, and its velocity, shape and losses."""
+    """Draw the cloud at first and last, in perspective, and its velocity, shape and losses."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -204,12 +204,12 @@ def figure(data: xr.Dataset) -> Figure:
 
     tree = _as_run(data)
     with style():
-        drawn = Figure(figsize=(PAGE, 4.6), layout="constrained")
+        drawn = Figure(figsize=(PAGE, 5.2), layout="constrained")
         FigureCanvasAgg(drawn)
-        grid = drawn.add_gridspec(2, _FRAMES, height_ratios=[1.35, 1.0])
-        _draw_series([drawn.add_subplot(grid[1, k]) for k in range(3)], data)
+        grid = drawn.add_gridspec(2, 6, height_ratios=[1.6, 1.0])
+        _draw_series([drawn.add_subplot(grid[1, 2 * k : 2 * k + 2]) for k in range(3)], data)
         for k, at in enumerate(tree["trajectory"]["time"].to_numpy()):
-            solid: Any = drawn.add_subplot(grid[0, k], projection="3d")
+            solid: Any = drawn.add_subplot(grid[0, 3 * k : 3 * k + 3], projection="3d")
             look(solid)
             perspective(tree, time=float(at), colour=None, ax=solid)
     return drawn
