@@ -285,34 +285,6 @@ def continuous_finite_part(position, force, s: float, delta: float) -> np.ndarra
     return (first - local[:, None] / np.hypot(s - other, delta)) @ weight
 
 
-def finite_part_anywhere(position, force, s: float, delta: float) -> np.ndarray:
-    """Return K_delta[force](s) of (24) where the fiber may near itself.
-
-    Panels are halved until each is narrower than half its distance, delta included. What is
-    subtracted is integrated in closed form.
-    """
-    y, w = leggauss(16)
-    place = np.array([s])
-    here, tangent, own = position(place, 0)[:, 0], position(place, 1)[:, 0], force(place)[:, 0]
-    left, right = np.array([0.0, s]), np.array([s, 1.0])
-    out = np.zeros(3)
-    while left.size:
-        probes = left[:, None] + (right - left)[:, None] * np.linspace(0.0, 1.0, 9)
-        x = position(probes.ravel(), 0).reshape(3, *probes.shape)
-        near = np.sqrt(np.sum((x - here[:, None, None]) ** 2, axis=0) + delta**2).min(axis=1)
-        wide = right - left > np.minimum(0.5 * near, 0.05)
-        size = (right - left)[~wide, None]
-        other = (left[~wide, None] + 0.5 * size * (y + 1.0)).ravel()
-        r, f = here[:, None] - position(other, 0), force(other)
-        r2 = np.sum(r**2, axis=0)
-        along = np.sum(r * f, axis=0) / r2
-        out += ((f + r * along) / np.sqrt(r2 + delta**2)) @ (0.5 * size * w).ravel()
-        middle = 0.5 * (left + right)[wide]
-        left, right = np.append(left[wide], middle), np.append(middle, right[wide])
-    known = np.arcsinh(s / delta) + np.arcsinh((1.0 - s) / delta)
-    return out - known * (own + tangent * (tangent @ own))
-
-
 def continuous_stretching(position, force, s: float, delta: Callable) -> float:
     """Return x_s . d/ds K_delta[force] at s, by an interpolant of degree 8 around s.
 

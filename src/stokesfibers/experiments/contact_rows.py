@@ -10,7 +10,6 @@ from stokesfibers.experiments.base import Row
 
 _STATED = 1e-6
 """The tolerance whose errors are stated."""
-_ENOUGH = 48  # nodes that resolve the coil
 EPS = 1e-3
 """The slenderness whose errors are stated and drawn."""
 
@@ -85,16 +84,13 @@ def _points(data: xr.Dataset) -> list[Row]:
 
 def _own(data: xr.Dataset) -> list[Row]:
     """Return the errors of a filament's own velocity where its turns near each other."""
+    note = "No rule is used for a filament's own approach."
     return [
         Row(
-            f"error, own velocity, turns {float(here['own_distance']):.3f} L apart, N = {nodes},"
-            f" {way}",
-            float(here["own_error"].sel(own_nodes=nodes, own_way=way)),
-            # fewer nodes do not resolve the shape itself
-            high=1e-6 if way == "more nodes" and nodes >= _ENOUGH else None,
-            note="Of what N modes hold of it.",
+            f"error, own velocity, turns {float(here['own_distance']):.3f} L apart, N = {nodes}",
+            float(here["own_error"].sel(own_nodes=nodes)),
+            note=note,
         )
         for here in (data.isel(slope=k) for k in range(data.sizes["slope"]))
         for nodes in data["own_nodes"].to_numpy()
-        for way in data["own_way"].to_numpy()
     ]

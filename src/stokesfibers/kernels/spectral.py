@@ -76,36 +76,6 @@ def _mobility(x, xs, xss, s, weights, delta, a, b, out):
 
 
 @njit(**_PART)
-def _with_local(given, xs, a, b, out):
-    """Set out (6, N, N) to the finite-part operator `given` plus Lambda."""
-    out[:] = given
-    for i in range(xs.shape[1]):
-        tx, ty, tz = xs[0, i], xs[1, i], xs[2, i]
-        out[0, i, i] += a + b * tx * tx
-        out[1, i, i] += a + b * ty * ty
-        out[2, i, i] += a + b * tz * tz
-        out[3, i, i] += b * tx * ty
-        out[4, i, i] += b * tx * tz
-        out[5, i, i] += b * ty * tz
-
-
-@njit(**_OPTIONS)
-def finite_part(coefficients, s, tables, weights, delta):
-    """Return K_delta on nodal forces, (6, M, M), and the ratio of the series.
-
-    The M nodes may be more than the modes; `tables` (3, M, N) holds these and their derivatives 1
-    and 2 there.
-    """
-    m = s.size
-    x = np.dot(coefficients, tables[0].T)
-    xs = np.dot(coefficients, tables[1].T)
-    xss = np.dot(coefficients, tables[2].T)
-    out = np.empty((6, m, m))
-    ratio = _mobility(x, xs, xss, s, weights, delta, 0.0, 0.0, out)
-    return out, ratio
-
-
-@njit(**_PART)
 def _apply(mobility, f, out):
     """Set out = mobility f for nodal forces f (3, N)."""
     n = f.shape[1]
@@ -120,20 +90,14 @@ def _apply(mobility, f, out):
 
 
 @njit(**_OPTIONS)
-def resisted_velocity(coefficients, force, s, tables, weights, delta, a, b, given):
-    """Return (Lambda + K_delta)[force] at the nodes, (3, N), and the ratio of the series.
-
-    `given` is as for `increment_system`.
-    """
+def resisted_velocity(coefficients, force, s, tables, weights, delta, a, b):
+    """Return (Lambda + K_delta)[force] at the nodes, (3, N), and the ratio of the series."""
     n = s.size
     x = np.dot(coefficients, tables[0].T)
     xs = np.dot(coefficients, tables[1].T)
     xss = np.dot(coefficients, tables[2].T)
-    mobility, ratio = np.empty((6, n, n)), 0.0
-    if given.size:
-        _with_local(given, xs, a, b, mobility)
-    else:
-        ratio = _mobility(x, xs, xss, s, weights, delta, a, b, mobility)
+    mobility = np.empty((6, n, n))
+    ratio = _mobility(x, xs, xss, s, weights, delta, a, b, mobility)
     out = np.empty((3, n))
     _apply(mobility, force, out)
     return out, ratio
@@ -158,7 +122,6 @@ def increment_system(
     delta,
     a,
     b,
-    given,
 ):
     """Return the system for the increments of one Newton pass, and the forces it is about.
 
@@ -181,8 +144,6 @@ def increment_system(
         U (3, N) and grad U (N, 3, 3) at the nodes.
     load
         External force per length at the nodes, (3, N).
-    given
-        K_delta where it is known better than on the nodes, (6, N, N); else empty, (6, 0, 0).
 
     Returns
     -------
@@ -193,7 +154,7 @@ def increment_system(
     scale
         1 / (drag alpha).
     ratio
-        The largest ratio of the kernel's series; 0 if K_delta is given.
+        The largest ratio of the kernel's series.
     force, resisted, mobility
         f and M f at the nodes, (3, N), and M itself: xx, yy, zz, xy, xz, yz, (6, N, N).
     own
@@ -210,11 +171,8 @@ def increment_system(
     f = np.dot(coefficients, v4.T)
     value = np.dot(tension_tables[0], tension)
     slope = np.dot(tension_tables[1], tension)
-    mobility, ratio = np.empty((6, n, n)), 0.0
-    if given.size:
-        _with_local(given, xs, a, b, mobility)
-    else:
-        ratio = _mobility(x, xs, xss, s, weights, delta, a, b, mobility)
+    mobility = np.empty((6, n, n))
+    ratio = _mobility(x, xs, xss, s, weights, delta, a, b, mobility)
 
     own = np.empty((n, n))
     for j in range(n):

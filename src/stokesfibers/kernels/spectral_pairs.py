@@ -6,8 +6,7 @@ Gauss-Legendre nodes. Near ones get a row: the velocity per Legendre coefficient
 rule whose points gather where the source comes nearest. With ``s' = a + b sinh t``, a + i b the
 complex root of |R|^2 there, the kernel is smooth in t. A source that comes near several times is
 cut in between. Targets of one fiber are handled by one call; calls are independent and release the
-GIL. A part of a fiber that nears another part of it is found in the same way. Slow twins are in
-``tests/reference``; why this rule: ``docs/theory/near.md``.
+GIL. Slow twins are in ``tests/reference``; why this rule: ``docs/theory/near.md``.
 """
 
 from __future__ import annotations
@@ -33,8 +32,6 @@ _NOTICED = 5.0  # reaches within which another approach of a source is resolved 
 _WIDTH = 1.5  # distance in t of the kernel's poles from the real axis, pi/2 if it were straight
 _PER_MODE, _PER_MODE_AND_DEPTH = 0.58, 0.147
 _PER_DIGIT, _PER_DIGIT_ALONE = 0.47, 0.34
-_TURNED = 0.5 * np.pi  # a curve that turns by less has no part that nears another
-_ROUGHLY = 1.5  # a root by the quadratic estimate is this well known, as log rho
 
 
 @njit(**_PART)
@@ -592,85 +589,3 @@ def add_corrections(found, series, centreline, out):
         out[target[r], 0] += vx
         out[target[r], 1] += vy
         out[target[r], 2] += vz
-
-
-@njit(**_PART)
-def _ellipse(root):
-    """Return the rho of the Bernstein ellipse about [0, 1] on which a complex point lies."""
-    z = 2.0 * root - 1.0
-    other = np.sqrt(z * z - 1.0)
-    return max(abs(z + other), abs(z - other))
-
-
-@njit(**_PART)
-def _rough_root(j, i, nodal, sigma):
-    """Return the root of |x(sigma) - x_i|^2 = 0 near node j by the quadratic estimate."""
-    x, xs, xss = nodal
-    square, slope, speed, bend = 0.0, 0.0, 0.0, 0.0
-    for d in range(3):
-        r = x[d, j] - x[d, i]
-        square += r * r
-        slope += r * xs[d, j]
-        speed += xs[d, j] * xs[d, j]
-        bend += r * xss[d, j]
-    bend = max(speed + bend, 0.1 * speed)
-    ahead = -slope / bend
-    return complex(sigma[j] + ahead, np.sqrt(max(square / bend - ahead * ahead, 0.0)))
-
-
-@njit(**_OPTIONS)
-def own_approaches(coefficients, sigma, weights, tables, to_series, rho):
-    """Return how near nodes are to another part of their own fiber: the nearest ellipse.
-
-    Parameters
-    ----------
-    coefficients
-        Position modes for unit length, (3, N).
-    sigma, weights
-        Nodes as fractions of the length and their weights, (M,); M may be more than N.
-    tables
-        Position modes and their derivatives 1 and 2 at the nodes, (3 or more, M, N).
-    to_series
-        Position modes to Legendre coefficients of the positions, (N, N + 4).
-    rho
-        Bernstein ellipse about the fiber within which a root of |x(s) - x_i|^2 must not lie, but
-        for s = s_i itself.
-
-    Returns
-    -------
-    nearest
-        The rho of the nearest root; infinite where none is within `rho`.
-    """
-    n, nearest = sigma.size, np.inf
-    xss = np.dot(coefficients, tables[2].T)
-    turned = 0.0
-    for j in range(n):
-        turned += weights[j] * np.sqrt(xss[0, j] ** 2 + xss[1, j] ** 2 + xss[2, j] ** 2)
-    if not turned > _TURNED:
-        return nearest
-    x = np.dot(coefficients, tables[0].T)
-    xs, series, bends = x, x, False
-    squares, p, at = np.empty(n), np.empty(3), np.empty((3, 3))
-    for i in range(n):
-        for d in range(3):
-            p[d] = x[d, i]
-        for j in range(n):
-            squares[j] = _square(p, x, j)
-        for j in range(n):
-            own = squares[j]
-            before = squares[j - 1] if j > 0 else np.inf
-            after = squares[j + 1] if j < n - 1 else np.inf
-            if j == i or not (own <= before and own < after):
-                continue
-            if not bends:
-                bends = True
-                xs = np.dot(coefficients, tables[1].T)
-                series = np.dot(coefficients, to_series)
-            roughly = min(rho, nearest) ** _ROUGHLY
-            if _ellipse(_rough_root(j, i, (x, xs, xss), sigma)) < roughly:
-                low, high = sigma[j - 1] if j > 0 else 0.0, sigma[j + 1] if j < n - 1 else 1.0
-                middle, _ = _nearest_within(p, series, low, high, at)
-                least = _ellipse(_root(p, series, middle, at))
-                if least < rho:
-                    nearest = min(nearest, least)
-    return nearest

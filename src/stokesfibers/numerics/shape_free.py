@@ -16,7 +16,7 @@ left out.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -71,11 +71,6 @@ class ShapeFreeWeights:
         """Number of nodes."""
         return self.delta.size
 
-    @cached_property
-    def stacked(self) -> Array:
-        """The finite part and its corrections as the kernels want them, (1 + terms, N, N)."""
-        return np.concatenate([self.finite[None], self.corrections])
-
     def remainder(self, ratio: ArrayLike) -> Array:
         """Return the relative error of the kernel where the series has the `ratio` z, (...)."""
         kept = self.corrections.shape[0]
@@ -85,10 +80,8 @@ class ShapeFreeWeights:
         return np.divide(first, left, out=np.full_like(z, np.inf), where=left > 0.0)
 
 
-def shape_free_weights(delta: Array, terms: int | None = None) -> ShapeFreeWeights:
+def shape_free_weights(delta: Array) -> ShapeFreeWeights:
     """Return the weights for the regularisation `delta` (node,) at the Gauss-Legendre nodes.
-
-    There are as many corrections as `terms_needed` says, or `terms`.
 
     Where delta vanishes the finite part is that of 1 / |s - s'|, known in closed form: Legendre
     polynomials are its eigenfunctions, with eigenvalues -2 (1 + 1/2 + ... + 1/k), (B.5).
@@ -96,7 +89,7 @@ def shape_free_weights(delta: Array, terms: int | None = None) -> ShapeFreeWeigh
     count = delta.size
     nodes, _ = gauss_legendre(count)
     values = legendre_values(nodes, count)
-    factors = binomials(terms_needed(float(delta.max())) if terms is None else terms)
+    factors = binomials(terms_needed(float(delta.max())))
     moments = np.zeros((factors.size, count, count))
     round_off = delta > 0.0
     if round_off.any():

@@ -12,7 +12,7 @@ from stokesfibers.core.arrays import Array, Positions
 from stokesfibers.load import LoadedState
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.discrete import DiscreteFiber
-from stokesfibers.slender.spectral import OWN_TOLERANCE, SpectralFiber, by_kind
+from stokesfibers.slender.spectral import SpectralFiber, by_kind
 from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
 from stokesfibers.slender.spectral_suspension import SpectralInteraction
 from stokesfibers.summation import FastImages
@@ -21,14 +21,9 @@ SHOWN_PER_NODE = 4
 """Chebyshev points on which the high-order engine shows a fiber, per node."""
 
 
-def spectral_fibers(
-    problem: Problem, nodes: int, tolerance: float = OWN_TOLERANCE
-) -> tuple[SpectralFiber, ...]:
-    """Return all fibers in modes on `nodes` nodes; those of one kind are one object.
-
-    Where one nears itself, its own velocity errs by `tolerance`, relative.
-    """
-    kinds = by_kind(problem.fibers, nodes, problem.mobility, tolerance)
+def spectral_fibers(problem: Problem, nodes: int) -> tuple[SpectralFiber, ...]:
+    """Return all fibers in modes on `nodes` nodes; those of one kind are one object."""
+    kinds = by_kind(problem.fibers, nodes, problem.mobility)
     return tuple(kinds[kind] for kind in problem.fibers)
 
 

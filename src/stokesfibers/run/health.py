@@ -40,7 +40,6 @@ PAPER_LIMITS: Mapping[str, float] = {
     "energy_error": 5e-3,
     "motion_error": 1e-2,
     "spatial_error": float("inf"),
-    "own_error": float("inf"),
 }
 """With the paper's engine: up to twice what its coarsest run has (N = 50, mu_bar = 4e5, Fig. 8)."""
 _EVERY, _EVERY_OF_SEVERAL = 16, 32  # steps between two that are weighed
@@ -51,7 +50,6 @@ _HUGE = 1e308  # stands for what is not finite: beyond each limit, and JSON can 
 _MORE_NODES = (
     "Take more discretization.nodes, or leave them out: the run then adds what shapes ask for"
 )
-_STILL_MORE = "Only discretization.nodes above 256 would; see whether it should come that near"
 _SMALLER_STEP = "Take a smaller stepping.rtol"
 _HINTS: Mapping[str, tuple[str, str]] = {
     "length_error": ("a fiber changed its length", _SMALLER_STEP),
@@ -60,7 +58,6 @@ _HINTS: Mapping[str, tuple[str, str]] = {
     "energy_error": ("the balance of power is not kept", _SMALLER_STEP),
     "motion_error": ("the fibers do not move as the equation of motion says", _SMALLER_STEP),
     "spatial_error": ("the nodes do not resolve the shapes", _MORE_NODES),
-    "own_error": ("a fiber nears itself, which 256 nodes do not resolve", _STILL_MORE),
 }
 _FIXED_STEP = "Take a smaller stepping.dt, or give stepping.rtol instead"
 _PAPER = "Take more discretization.intervals and a smaller stepping.dt, or engine = 'spectral'"
@@ -73,7 +70,7 @@ def limits(problem: Problem) -> dict[str, float]:
         return dict(PAPER_LIMITS)
     fixed = engine.rtol is None
     found = dict.fromkeys(PAPER_LIMITS, FIXED_LIMIT if fixed else float(engine.rtol or 0.0))
-    return found | (dict.fromkeys(("spatial_error", "own_error"), _FIXED_SPACE) if fixed else {})
+    return found | ({"spatial_error": _FIXED_SPACE} if fixed else {})
 
 
 def health_layout() -> dict[str, ArrayLayout]:
@@ -120,7 +117,6 @@ class Health(Generic[C]):
         # Power of the forces that bear a fiber's own motion on an error of the limit in it.
         self._let_pass = self._limits["energy_error"] * problem.drag * longest**3
         self._worst: dict[str, tuple[float, float]] = {}
-        self._whose: dict[str, int] = {}
         self._now = dict.fromkeys(WEIGHED, 0.0)
         self._last: Balance | None = None
         self._sums = _Sums()
@@ -131,18 +127,13 @@ class Health(Generic[C]):
         self.note("length_error", float(np.max(records["observables/length_error"])), when)
         return {f"observables/{name}": np.array([self._now[name]]) for name in WEIGHED}
 
-    def note(self, quantity: str, value: float, time: float, *, fiber: int = -1) -> None:
-        """Keep the worst value of a quantity, its time and, if given, which fiber's it is.
-
-        What is not finite is the worst.
-        """
+    def note(self, quantity: str, value: float, time: float) -> None:
+        """Keep the worst value of a quantity and its time; what is not finite is the worst."""
         if self._limits[quantity] == float("inf"):  # not measured with this engine
             return
         size = float(value) if np.isfinite(value) else _HUGE
         if size > self._worst.get(quantity, (0.0, 0.0))[0]:
             self._worst[quantity] = (size, float(time))
-            if fiber >= 0:
-                self._whose[quantity] = fiber
 
     def step(self, carry: C) -> None:
         """Weigh the step behind `carry`, if it is its turn."""
@@ -182,14 +173,13 @@ class Health(Generic[C]):
         """Return what goes with a checkpoint, JSON-ready."""
         last = None if self._last is None else vars(self._last)
         held = {"worst": self._worst, "now": self._now, "last": last, "sums": vars(self._sums)}
-        return {name: _finite(value) for name, value in (held | {"whose": self._whose}).items()}
+        return {name: _finite(value) for name, value in held.items()}
 
     def recall(self, held: Mapping[str, Any] | None) -> None:
         """Take over the state of a checkpoint; older ones have none."""
         if held is None:
             return
         self._worst = {name: (value, time) for name, (value, time) in held["worst"].items()}
-        self._whose = dict(held.get("whose", {}))  # older versions did not say
         self._now = dict(held["now"])
         self._last = None if held["last"] is None else Balance(**held["last"])
         self._sums = _Sums(**held["sums"])
@@ -225,8 +215,6 @@ class Health(Generic[C]):
         beyond = {name: w for name, w in self._worst.items() if w[0] > self._limits[name]}
         for name, (value, time) in beyond.items():
             what, hint = _HINTS[name]
-            if name in self._whose:
-                what = what.replace("a fiber", f"fiber {self._whose[name]}")
             if isinstance(engine, PaperEngine):
                 hint = _PAPER
             elif "spatial_error" in beyond:  # spoils all the rest

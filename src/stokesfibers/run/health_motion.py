@@ -2,8 +2,8 @@
 
 The mobility is evaluated anew from shapes and tensions, with weights, near corrections and sums
 between fibers of its own, so that an error of a step, of its solve or of its sums is seen.
-A fiber's own operator is evaluated on the run's nodes or, where it nears itself, on more: its
-quadrature error is seen through the decay of the modes and through how near the fiber comes.
+A fiber's own operator is evaluated on the run's nodes: its quadrature error is seen only through
+the decay of the modes, not where a fiber nears itself.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from stokesfibers.problem.discretised import (
     spectral_fibers,
     spectral_interaction,
 )
-from stokesfibers.problem.engine import PaperEngine, SpectralEngine
+from stokesfibers.problem.engine import PaperEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.spectral import SpectralFiber
 from stokesfibers.slender.spectral_forces import (
@@ -36,7 +36,6 @@ from stokesfibers.stepping.base import AbstractStepper
 from stokesfibers.stepping.paper import Carry as PaperCarry
 from stokesfibers.stepping.paper import PaperStepper
 from stokesfibers.stepping.spectral_carry import Carry, combined
-from stokesfibers.stepping.spectral_run import quadrature_tolerance
 
 _ONE_MORE = 2  # states beyond the order that the rate is taken from: better than the step itself
 _SHARE = 0.1  # of the tolerance: error of the velocities between fibers
@@ -89,10 +88,7 @@ class _SpectralMotion:
     def _discretised(
         self, nodes: int
     ) -> tuple[tuple[SpectralFiber, ...], AbstractSpectralInteraction, Workers]:
-        # A fiber that nears itself has to be on the run's nodes: what these leave of the velocity
-        # is not the step's fault.
-        own = quadrature_tolerance(_engine(self._problem))
-        fibers = spectral_fibers(self._problem, nodes, own)
+        fibers = spectral_fibers(self._problem, nodes)
         return fibers, _interaction(self._problem, fibers), Workers(self._threads)
 
 
@@ -166,13 +162,10 @@ def _load(problem: Problem, points: Array, weights: Array, t: float) -> Array:
     return np.ascontiguousarray(load_density(problem, points, weights, t).transpose(0, 2, 1))
 
 
-def _engine(problem: Problem) -> SpectralEngine:
-    assert not isinstance(problem.engine, PaperEngine)
-    return problem.engine
-
-
 def _interaction(
     problem: Problem, fibers: tuple[SpectralFiber, ...]
 ) -> AbstractSpectralInteraction:
-    wanted = _SHARE * (_engine(problem).rtol or _FIXED_TOLERANCE)
+    engine = problem.engine
+    assert not isinstance(engine, PaperEngine)
+    wanted = _SHARE * (engine.rtol or _FIXED_TOLERANCE)
     return spectral_interaction(problem, fibers, min(1e-2, max(1e-10, wanted)))

@@ -114,7 +114,6 @@ class Recorder(Generic[C]):
         self._reports.append(report)
         self.spatial_error = float(np.fmax(self.spatial_error, report.spatial_error))
         self._health.note("spatial_error", report.spatial_error, report.time)
-        self._health.note("own_error", report.own_error, report.time, fiber=report.own_fiber)
         self._health.step(carry)
         self.catch_up(carry, until)
 

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stokesfibers.core import checks
 from stokesfibers.core.arrays import Array, Points, as_float
@@ -19,27 +20,46 @@ from stokesfibers.core.errors import InputError
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.kernels import spectral as kernels
 from stokesfibers.numerics.legendre import (
+    LEAST_NODES,
     FreeEndBasis,
     gauss_legendre,
     legendre_values,
 )
-from stokesfibers.numerics.shape_free import (
-    MOST_TERMS,
-    ShapeFreeWeights,
-    no_weights,
-    shape_free_weights,
-)
+from stokesfibers.numerics.shape_free import ShapeFreeWeights, no_weights, shape_free_weights
 from stokesfibers.slender.mobility import AbstractMobility, LocalDrag, LocalOperator, NonLocal
 from stokesfibers.slender.regularization import AbstractRegularization, SpheroidalRegularization
-from stokesfibers.slender.spectral_own import OwnTurns
-from stokesfibers.slender.spectral_resolution import Resolution
 
 FIT_OVERSAMPLING = 2
 """Points per mode when a curve is turned into modes."""
-OWN_TOLERANCE = 1e-6
-"""Where none is given: the error let pass where a fiber nears itself."""
 _TAIL = 4  # modes: even and odd ones decay apart
 _TAIL_TO_ERROR = 6.0  # shape error over the size of the last modes, as measured
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """How well shapes are resolved, judged by the decay of their modes.
+
+    Attributes
+    ----------
+    error
+        Estimated error of each shape through lack of nodes, relative to the length, (...).
+    decay
+        Rate: the error falls like exp(-decay nodes); zero if the modes do not decay, (...).
+    nodes
+        Number of nodes.
+    """
+
+    error: Array
+    decay: Array
+    nodes: int
+
+    def nodes_for(self, tolerance: float) -> NDArray[np.int64]:
+        """Return the numbers of nodes, even ones, that would err by `tolerance`, (...)."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            more = np.log(np.maximum(self.error, 1e-300) / tolerance) / self.decay
+        stuck = np.where(self.error <= tolerance, 0.0, self.nodes)
+        wanted = self.nodes + np.where(self.decay > 0.0, more, stuck)
+        return 2 * np.ceil(0.5 * np.clip(wanted, LEAST_NODES, 2 * self.nodes)).astype(np.int64)
 
 
 @dataclass(frozen=True)
@@ -60,10 +80,6 @@ class SpectralFiber:
         Coefficients of the local operator.
     weights
         Shape-free weights of the finite-part operator.
-    tolerance
-        Relative error of the fiber's own velocity that is let pass where it nears itself.
-    finer_weights
-        Returns the shape-free weights on more nodes, for where it does.
     """
 
     length: float
@@ -72,8 +88,6 @@ class SpectralFiber:
     basis: FreeEndBasis
     local: LocalOperator
     weights: ShapeFreeWeights
-    tolerance: float
-    finer_weights: Callable[[int], ShapeFreeWeights]
 
     @classmethod
     def build(
@@ -84,9 +98,8 @@ class SpectralFiber:
         rigidity: float,
         nodes: int,
         mobility: AbstractMobility,
-        tolerance: float = OWN_TOLERANCE,
     ) -> SpectralFiber:
-        """Discretise a fiber with `nodes` nodes under `mobility`; see the attributes."""
+        """Discretise a fiber with `nodes` nodes under `mobility`."""
         return cls(
             length=checks.positive("length", length),
             rigidity=checks.positive("rigidity", rigidity),
@@ -94,9 +107,6 @@ class SpectralFiber:
             basis=FreeEndBasis(nodes),
             local=mobility.local(eps),
             weights=mobility_weights(mobility, nodes, eps),
-            # local drag has no operator that could err
-            tolerance=1.0 if isinstance(mobility, LocalDrag) else tolerance,
-            finer_weights=partial(finer_weights, mobility, eps),
         )
 
     @property
@@ -132,7 +142,7 @@ class SpectralFiber:
     @cached_property
     def stacked_weights(self) -> Array:
         """Finite-part weights and their corrections as the kernels want them, (terms, N, N)."""
-        return self.weights.stacked
+        return np.concatenate([self.weights.finite[None], self.weights.corrections])
 
     @cached_property
     def kernel_tables(self) -> tuple[object, ...]:
@@ -192,8 +202,7 @@ class SpectralFiber:
 
         The ratio is the largest ``delta^2 h u^2 w^2``; see `numerics.shape_free`.
         """
-        own = self.own_turns.operator(modes)
-        found, ratio = kernels.resisted_velocity(
+        return kernels.resisted_velocity(
             modes,
             np.ascontiguousarray(force),
             self.sigma,
@@ -202,9 +211,7 @@ class SpectralFiber:
             self.weights.delta,
             self.local.a,
             self.local.b,
-            own.given,
         )
-        return found, max(ratio, own.ratio)
 
     def between_nodes(self, values: Array, s: Array) -> Array:
         """Return the polynomial through nodal `values` (..., N) at s (point,), (..., point)."""
@@ -214,13 +221,6 @@ class SpectralFiber:
     def to_legendre(self) -> Array:
         """Nodal values to Legendre coefficients of the polynomial through them, (N, N)."""
         return as_float(np.linalg.inv(legendre_values(self.sigma, self.count)))
-
-    @cached_property
-    def own_turns(self) -> OwnTurns:
-        """Where the fiber nears itself, and its operator there."""
-        return OwnTurns(
-            self.basis, self.tables, self.position_series, self.finer_weights, self.tolerance
-        )
 
     @cached_property
     def position_series(self) -> Array:
@@ -251,20 +251,12 @@ class SpectralFiber:
 
 
 def by_kind(
-    fibers: tuple[Fiber, ...],
-    nodes: int,
-    mobility: AbstractMobility,
-    tolerance: float = OWN_TOLERANCE,
+    fibers: tuple[Fiber, ...], nodes: int, mobility: AbstractMobility
 ) -> dict[Fiber, SpectralFiber]:
     """Return the discretised fiber of each kind there is among `fibers`."""
     return {
         kind: SpectralFiber.build(
-            kind.length,
-            kind.eps,
-            rigidity=kind.rigidity,
-            nodes=nodes,
-            mobility=mobility,
-            tolerance=tolerance,
+            kind.length, kind.eps, rigidity=kind.rigidity, nodes=nodes, mobility=mobility
         )
         for kind in dict.fromkeys(fibers)
     }
@@ -279,15 +271,8 @@ def mobility_weights(mobility: AbstractMobility, nodes: int, eps: float) -> Shap
     raise InputError("mobility", "NonLocal or LocalDrag", type(mobility).__name__)
 
 
-def finer_weights(mobility: AbstractMobility, eps: float, nodes: int) -> ShapeFreeWeights:
-    """Return the weights where a fiber nears itself: with as many terms as there can be."""
-    assert isinstance(mobility, NonLocal)
-    regularization = mobility.regularization or SpheroidalRegularization()
-    return _cached_weights(regularization, nodes, eps, MOST_TERMS)
-
-
 @lru_cache(maxsize=32)
 def _cached_weights(
-    regularization: AbstractRegularization, nodes: int, eps: float, terms: int | None = None
+    regularization: AbstractRegularization, nodes: int, eps: float
 ) -> ShapeFreeWeights:
-    return shape_free_weights(regularization.delta(gauss_legendre(nodes)[0], eps), terms)
+    return shape_free_weights(regularization.delta(gauss_legendre(nodes)[0], eps))

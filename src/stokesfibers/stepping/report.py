@@ -28,11 +28,6 @@ class StepReport:
         Nodes per fiber.
     spatial_error
         Estimated relative error of the shapes through lack of nodes; NaN if the engine has none.
-    own_error
-        Estimated relative error of a fiber's own velocity where it nears itself by more than can
-        be resolved, the largest of all fibers; NaN if the engine has none.
-    own_fiber
-        Number of that fiber; -1 if there is none.
     cutoff
         Distance to which velocities between fibers are summed pair by pair; infinite if all are.
     modes
@@ -47,7 +42,5 @@ class StepReport:
     iterations: int = 1
     nodes: int = 0
     spatial_error: float = nan
-    own_error: float = nan
-    own_fiber: int = -1
     cutoff: float = inf
     modes: int = 0

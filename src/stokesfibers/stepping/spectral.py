@@ -62,7 +62,6 @@ class _Try:
     offsets: list[float]
     predictors: list[list[float]]
     ratio: Array
-    own_error: Array
     iterations: int
     summed: Summed
     solved: float
@@ -184,9 +183,7 @@ class SpectralStepper:
                 )
                 wall_time = (solving, perf_counter() - started - solving)
                 report = StepReport(ahead.time, size, order, wall_time, tries, tried.iterations)
-                nearest = int(np.argmax(tried.own_error))
-                own = {"own_error": float(tried.own_error[nearest]), "own_fiber": nearest}
-                return ahead, replace(report, **own, **vars(tried.summed))
+                return ahead, replace(report, **vars(tried.summed))
             size = verdict.size
         raise StepError(
             f"No step from t = {carry.time:.6g} succeeds, however short",
@@ -248,7 +245,6 @@ class SpectralStepper:
         moving = combined(rate, carry.modes)
         solving = perf_counter()
         ratio, iterations, summed = carry.ratio, 0, Summed()
-        own_error = np.zeros(len(self.fibers))
         try:
             for _ in range(self._passes):
                 around = self._surroundings(guess.modes, t)
@@ -256,11 +252,11 @@ class SpectralStepper:
                 guess = State(guess.modes + found.modes, guess.tensions + found.tensions)
                 moving = moving + alpha * found.modes
                 ratio, iterations = found.ratio, iterations + found.iterations
-                summed, own_error = found.summed, found.own_error
+                summed = found.summed
         except np.linalg.LinAlgError:  # not finite, or singular
             return None, dict.fromkeys((order,), float("inf"))
         solving = perf_counter() - solving
-        tried = _Try(guess, offsets, predictors, ratio, own_error, iterations, summed, solving)
+        tried = _Try(guess, offsets, predictors, ratio, iterations, summed, solving)
         return tried, self._errors(carry, tried, wanted)
 
     def _errors(self, carry: Carry, tried: _Try, orders: tuple[int, ...]) -> dict[int, float]:

@@ -25,9 +25,8 @@ from stokesfibers.problem.discretised import (
 from stokesfibers.problem.engine import SpectralEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.sampled import View
-from stokesfibers.slender.spectral import SpectralFiber
+from stokesfibers.slender.spectral import Resolution, SpectralFiber
 from stokesfibers.slender.spectral_interaction import AbstractSpectralInteraction
-from stokesfibers.slender.spectral_resolution import Resolution
 from stokesfibers.stepping.base import AbstractStepper, StepError
 from stokesfibers.stepping.report import StepReport
 from stokesfibers.stepping.spectral import Load, SpectralStepper
@@ -165,10 +164,10 @@ class SpectralRunStepper(AbstractStepper[Carry]):
 
     def _discretised(self, nodes: int) -> _Discretised:
         problem, engine = self.problem, self._engine
-        control, tolerance = _control(engine), quadrature_tolerance(engine)
-        fibers = spectral_fibers(problem, nodes, tolerance)
+        fibers = spectral_fibers(problem, nodes)
         kinds = dict(zip(problem.fibers, fibers, strict=True))
         shown = {kind: ShownFiber.of(fiber) for kind, fiber in kinds.items()}
+        control = _control(engine)
         stepper = SpectralStepper(
             fibers,
             drag=problem.drag,
@@ -176,7 +175,7 @@ class SpectralRunStepper(AbstractStepper[Carry]):
             control=control,
             newton_passes=engine.newton_passes,
             load=_load(problem, fibers),
-            interaction=_interaction(problem, fibers, tolerance),
+            interaction=_interaction(problem, fibers, control),
             threads=self._threads,
             team=self._team,
         )
@@ -228,17 +227,12 @@ def _load(problem: Problem, fibers: tuple[SpectralFiber, ...]) -> Load | None:
     return lambda points, t: load_density(problem, points, weights, t)
 
 
-def quadrature_tolerance(engine: SpectralEngine) -> float:
-    """Return the error of velocities, between fibers and where one nears itself, relative."""
-    control = _control(engine)
+def _interaction(
+    problem: Problem, fibers: tuple[SpectralFiber, ...], control: AbstractStepControl
+) -> AbstractSpectralInteraction:
     adaptive = isinstance(control, AdaptiveSteps)
     wanted = _QUADRATURE_SHARE * control.step_tolerance if adaptive else _FIXED_QUADRATURE
-    return min(1e-2, max(1e-12, wanted))
-
-
-def _interaction(
-    problem: Problem, fibers: tuple[SpectralFiber, ...], wanted: float
-) -> AbstractSpectralInteraction:
+    wanted = min(1e-2, max(1e-12, wanted))
     images = problem.image_sum
     if isinstance(images, FastImages):
         return spectral_interaction(problem, fibers, images.tolerance or wanted, images)

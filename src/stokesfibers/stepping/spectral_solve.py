@@ -41,7 +41,7 @@ _BLOCK = 16  # fibers whose solves are one task
 class _Systems:
     """The assembled and factored equations of this rank's share of the fibers about one state.
 
-    The first axis of arrays is the share but of `scale`, `ratio`, `own_error`: all fibers.
+    The first axis of all arrays is the share but for `scale` and `ratio`, which are of all fibers.
     """
 
     def __init__(self, count: int, nodes: int, workers: Workers) -> None:
@@ -49,7 +49,7 @@ class _Systems:
         self.share = workers.team.share(count)
         own = len(self.share)
         self.right = np.empty((own, 4 * nodes - 1))
-        self.scale, self.ratio, self.own_error = np.empty((3, count))
+        self.scale, self.ratio = np.empty(count), np.empty(count)
         self.force, self.resisted = np.empty((own, 3, nodes)), np.empty((own, 3, nodes))
         self.mobility = np.empty((own, 6, nodes, nodes))
         self.own = np.empty((own, nodes, nodes))
@@ -141,8 +141,7 @@ class IncrementSolver:
             summed = scene.summed
         if not np.isfinite(found).all():
             raise np.linalg.LinAlgError("the step is not finite")
-        errors = systems.ratio, systems.own_error
-        return Increment(*systems.split(found), *errors, iterations, summed)
+        return Increment(*systems.split(found), systems.ratio, iterations, summed)
 
     def others(self, state: State, t: float, force: Array, resisted: Array) -> Array:
         """Return what others add to M f at the nodes, (fiber, 3, N), in units of E / L^3.
@@ -158,12 +157,9 @@ class IncrementSolver:
         count = len(self._fibers)
         systems = _Systems(count, self._fibers[0].count, self._workers)
         scale, ratio = systems.scale[systems.rows], systems.ratio[systems.rows]
-        own_error = systems.own_error[systems.rows]
 
         def one(i: int) -> None:
             k = systems.share[i]
-            own = self._fibers[k].own_turns.operator(state.modes[k])
-            own_error[i] = own.error
             matrix, systems.right[i], scale[i], ratio[i], *about = kernels.increment_system(
                 state.modes[k],
                 state.tensions[k],
@@ -174,9 +170,8 @@ class IncrementSolver:
                 how.alpha,
                 how.implicit,
                 self._drags[k],
-                *[*self._tables[k], own.given],
+                *self._tables[k],
             )
-            ratio[i] = max(ratio[i], own.ratio)
             systems.force[i], systems.resisted[i], systems.mobility[i] = about[:3]
             systems.own[i], systems.tangent[i], systems.curvature[i] = about[3:]
             lu, pivots, info = _factored(matrix.T, overwrite_a=True)
@@ -191,8 +186,8 @@ class IncrementSolver:
             singular = True
         if self._workers.team.any(singular):
             raise np.linalg.LinAlgError("the equations of a fiber are singular")
-        for found in (systems.scale, systems.ratio, systems.own_error):
-            self._workers.team.complete(found)
+        self._workers.team.complete(systems.scale)
+        self._workers.team.complete(systems.ratio)
         return systems
 
     def _coupled(

@@ -93,8 +93,6 @@ class Increment:
         As in `State`.
     ratio
         Largest ratio of the kernel's series, (fiber,).
-    own_error
-        Estimated error of each fiber's own velocity where it nears itself, (fiber,).
     iterations
         Of the coupled solve; 1 if there is nothing to couple.
     summed
@@ -104,6 +102,5 @@ class Increment:
     modes: Array
     tensions: Array
     ratio: Array
-    own_error: Array
     iterations: int
     summed: Summed

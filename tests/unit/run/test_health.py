@@ -67,34 +67,6 @@ def test_too_few_nodes_are_what_is_doubted():
     assert all("nodes" in r.hint for r in result.status.reasons), "one cause, one remedy"
 
 
-def _coiled(slope, engine, **options):
-    """Return a run of two fibers, one straight, one coiled once with turns about `slope` apart."""
-    s = np.linspace(0.0, 1.0, 401)
-    angle = 6.0 * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
-    slopes = np.stack([np.cos(angle), np.sin(angle), slope + 0.0 * s], axis=1)
-    coil = np.zeros_like(slopes)
-    coil[1:] = np.cumsum(0.5 * (slopes[1:] + slopes[:-1]), axis=0) / 400.0
-    coil /= np.sqrt(1.0 + slope**2)
-    straight = np.stack([s, 0.0 * s + 2.0, 0.0 * s], axis=1)
-    problem = sf.Problem(sf.Fiber(slenderness=1e-3, count=2), mu_bar=1e5, engine=engine)
-    points = np.stack([straight, coil])
-    return sf.simulate(problem, points, until=1e-3, record=sf.every(1e-3), threads=1, **options)
-
-
-def test_a_fiber_that_nears_itself_too_much_is_what_is_doubted():
-    few = sf.SpectralEngine(nodes=32, adapt_nodes=False, rtol=1e-4)
-    status = _coiled(0.006, few).status
-    assert (status.code, status.trust) == ("done", "doubtful")
-    (reason,) = [r for r in status.reasons if r.quantity == "own_error"]
-    assert reason.what == "fiber 1 nears itself, which 256 nodes do not resolve"
-    assert reason.value > 10.0 * reason.limit
-    assert reason.limit == 1e-4
-    assert 0.0 < reason.time <= 2e-3, "the last step may reach beyond the end"
-    assert "discretization.nodes" in reason.hint
-    apart = _coiled(0.04, few).status
-    assert "own_error" not in {r.quantity for r in apart.reasons}
-
-
 def test_steps_that_are_too_long_are_what_is_doubted():
     result = _run(sf.SpectralEngine(nodes=72, dt=0.25, order=2))
     assert (result.status.code, result.status.trust) == ("done", "doubtful")
