@@ -73,7 +73,7 @@ class Averages:
                 0
             ],
             start=stresses(trees[0], runs[0])[1][:, 0],
-            alone=dilute_stress(trees[0], runs[0]),
+            alone=dilute_stress(trees[0], runs[0], np.zeros(1))[:, 0],
         )
 
 

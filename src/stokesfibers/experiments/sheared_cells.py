@@ -1,12 +1,13 @@
 """Suspensions in a sheared triply periodic cell: runs that studies share, and their stresses.
 
-Stresses are per volume, over mu rate: with n fibers of length L per volume a dilute suspension has
-values proportional to n L^3. Straight fibers start isotropic and keep apart by a steric repulsion.
+Stresses are per volume, over mu times the largest rate, 1: with n fibers of length L per volume a
+dilute suspension has values proportional to n L^3. Fibers start isotropic, straight or slightly
+bent, and keep apart by a steric repulsion.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import pi
 
 import numpy as np
@@ -17,7 +18,7 @@ from stokesfibers.domain.sheared import Sheared
 from stokesfibers.fiber.initial import AbstractInitial
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.fiber.suspension import Suspension
-from stokesfibers.flow import Shear
+from stokesfibers.flow import AbstractFlow, Shear
 from stokesfibers.load.steric import StericRepulsion
 from stokesfibers.problem.engine import SpectralEngine
 from stokesfibers.problem.problem import Problem
@@ -35,7 +36,7 @@ NAMES = ("viscosity", "n1", "n2")
 
 @dataclass(frozen=True)
 class CellRun:
-    """A suspension in a cube that is sheared at rate 1.
+    """A suspension in a cube that is sheared at a rate of at most 1.
 
     Attributes
     ----------
@@ -50,7 +51,11 @@ class CellRun:
     seed
         Of places and orientations.
     until
-        Strain at the end.
+        Time at the end, the strain of a steady shear.
+    flow
+        A shear U = (rate(t) y, 0, 0).
+    amplitude
+        d_y of (47): largest deflection at the start, times 256.
     """
 
     label: str
@@ -59,6 +64,8 @@ class CellRun:
     concentration: float
     seed: int
     until: float
+    flow: AbstractFlow = field(default_factory=Shear)
+    amplitude: float = 0.0
 
     @property
     def name(self) -> str:
@@ -82,7 +89,7 @@ class CellRun:
         return Problem(
             self.fibers,
             viscosity=self.mu_bar / (8.0 * pi),
-            flow=Shear(1.0),
+            flow=self.flow,
             domain=Sheared((self.side, self.side, self.side)),
             load=StericRepulsion(strength=self.mu_bar, range=_RANGE),
             engine=SpectralEngine(rtol=RTOL),
@@ -90,8 +97,8 @@ class CellRun:
 
     @property
     def initial(self) -> AbstractInitial:
-        """Straight fibers anywhere, isotropic."""
-        return Suspension(seed=self.seed, least_gap=_GAP)
+        """Fibers anywhere, isotropic."""
+        return Suspension(seed=self.seed, least_gap=_GAP, amplitude=self.amplitude)
 
     @property
     def schedule(self) -> Schedule:
@@ -112,23 +119,28 @@ def stresses(tree: xr.DataTree, run: CellRun) -> tuple[Array, Array]:
     return observed["time"].to_numpy(), np.stack(values)
 
 
-def dilute_stress(tree: xr.DataTree, run: CellRun) -> Array:
-    """Return the stresses at the start of straight fibers that do not feel each other, (3,).
+def dilute_stress(tree: xr.DataTree, run: CellRun, times: Array) -> Array:
+    """Return the stresses at `times` of straight fibers that do not feel each other, (3, time).
 
-    Each gives ``8 pi mu L^3 / (24 (c - 2)) (p . E p) p p``, p its direction, E the rate of strain
-    and c = -log(eps^2 e): a straight fiber's force is linear in s.
+    They start in the directions that the run's fibers have, and turn as material lines do. Each
+    gives ``8 pi mu L^3 / (24 (c - 2)) (p . E p) p p``, p its direction, E the rate of strain and
+    c = -log(eps^2 e): a straight fiber's force is linear in s.
     """
     x = tree["trajectory"]["position"].isel(time=0).to_numpy()
     apart = x[:, -1] - x[:, 0]
     length = np.linalg.norm(apart, axis=1)
-    p = apart / length[:, None]
     eps = np.array([group.eps for group in run.fibers for _ in range(group.count)])
     c = -np.array([slenderness_constant(e) for e in eps]) - 2.0
-    size = 8.0 * pi * length**3 / (24.0 * c) * p[:, 0] * p[:, 1] / run.side**3
-    return np.array(
+    size = 8.0 * pi * length**3 / (24.0 * c) / run.side**3
+    rate = np.array([run.flow.gradient(np.zeros(3), t)[0, 1] for t in times])
+    p = np.repeat((apart / length[:, None])[None], len(times), axis=0)
+    p[..., 0] += np.array([run.flow.strain(t) for t in times])[:, None] * p[..., 1]
+    x, y, z = np.moveaxis(p / np.linalg.norm(p, axis=-1, keepdims=True), -1, 0)
+    pull = size * x * y * rate[:, None]
+    return np.stack(
         [
-            np.sum(size * p[:, 0] * p[:, 1]),
-            np.sum(size * (p[:, 0] ** 2 - p[:, 1] ** 2)),
-            np.sum(size * (p[:, 1] ** 2 - p[:, 2] ** 2)),
+            np.sum(pull * x * y, axis=-1),
+            np.sum(pull * (x**2 - y**2), axis=-1),
+            np.sum(pull * (y**2 - z**2), axis=-1),
         ]
     )

@@ -125,22 +125,41 @@ def nearly_straight(
     centre
         Where alpha = 1/2 would lie without the perturbation, in units of length.
     """
-    cos, sin = np.cos(checks.finite("angle", angle)), np.sin(angle)
-    d_y = checks.finite("amplitude", amplitude)
-    origin = np.array(checks.vector3("centre", centre))
+    direction = np.array([np.cos(checks.finite("angle", angle)), np.sin(angle), 0.0])
+    return bent(
+        fiber,
+        centre=checks.vector3("centre", centre),
+        direction=direction,
+        normal=np.array([0.0, 1.0, 0.0]),
+        amplitude=checks.finite("amplitude", amplitude),
+    )
+
+
+def bent(
+    fiber: Fiber,
+    *,
+    centre: tuple[float, float, float] | Array,
+    direction: Array,
+    normal: Array,
+    amplitude: float,
+) -> Curve:
+    """Return the centreline (47) along the unit `direction`, deflected towards `normal`.
+
+    Before scaling to the fiber's length it is
+    (alpha - 1/2) direction + amplitude alpha^4 (1 - alpha)^4 normal.
+    """
+    middle = np.asarray(centre, dtype=float)
 
     def position(alpha: Array) -> Points:
-        bump = (alpha * (1.0 - alpha)) ** 4
-        u = alpha - 0.5
-        return np.stack([cos * u, sin * u + d_y * bump, np.zeros_like(u)], axis=-1)
+        bump = amplitude * (alpha * (1.0 - alpha)) ** 4
+        return (alpha - 0.5)[:, None] * direction + bump[:, None] * normal
 
     def tangent(alpha: Array) -> Points:
-        slope = 4.0 * (alpha * (1.0 - alpha)) ** 3 * (1.0 - 2.0 * alpha)
-        one = np.ones_like(alpha)
-        return np.stack([cos * one, sin * one + d_y * slope, 0.0 * one], axis=-1)
+        slope = amplitude * (4.0 * (alpha * (1.0 - alpha)) ** 3 * (1.0 - 2.0 * alpha))
+        return direction + slope[:, None] * normal
 
     shape = scaled(Curve(position, tangent), fiber)
-    return Curve(lambda alpha: shape.position(alpha) + origin, shape.tangent)
+    return Curve(lambda alpha: shape.position(alpha) + middle, shape.tangent)
 
 
 def through_points(points: object, *, where: str = "points") -> Curve:

@@ -54,9 +54,19 @@ def _straight(fibers: tuple[Fiber, ...], middles: Array, units: Array) -> tuple[
     )
 
 
+def _normals(units: Array, seed: int) -> Array:
+    """Return a random unit vector normal to each of `units` (fiber, 3).
+
+    The random numbers are others than those of the places.
+    """
+    random = np.random.default_rng((seed, 1))
+    across = np.cross(units, random.normal(size=units.shape))
+    return across / np.linalg.norm(across, axis=1)[:, None]
+
+
 @dataclass(frozen=True)
 class Suspension(AbstractInitial):
-    """Straight fibers at random that keep a least gap.
+    """Straight or slightly bent fibers at random that keep a least gap.
 
     Attributes
     ----------
@@ -69,17 +79,22 @@ class Suspension(AbstractInitial):
         concentration).
     least_gap
         Between surfaces, images included, in units of length.
+    amplitude
+        d_y of the paper's slightly bent shape (47), in units of a fiber's length, each in a random
+        plane; the largest deflection is d_y / 256. Default straight.
     """
 
     seed: int = 0
     box: Triple | None = None
     orientation: Orientation = field(default_factory=Isotropic)
     least_gap: float = 0.0
+    amplitude: float = 0.0
     kind: ClassVar[str] = "suspension"
 
     def __post_init__(self) -> None:
         checks.whole("seed", self.seed, 0)
         checks.non_negative("least_gap", self.least_gap)
+        checks.finite("amplitude", self.amplitude)
         if self.box is not None:
             object.__setattr__(self, "box", checks.vector3("box", self.box))
             if min(checks.vector3("box", self.box)) <= 0.0:
@@ -87,14 +102,21 @@ class Suspension(AbstractInitial):
         object.__setattr__(self, "orientation", _orientation(self.orientation))
 
     def curves(self, fibers: tuple[Fiber, ...], periods: Array) -> tuple[Curve, ...]:
+        sway = abs(self.amplitude) / 256.0 * max(f.length for f in fibers)
         middles, units = place_randomly(
             fibers,
             _box(self.box, periods),
             orientation=_orientation(self.orientation),
-            least_gap=self.least_gap,
+            least_gap=self.least_gap + 2.0 * sway,
             seed=self.seed,
         )
-        return _straight(fibers, middles, units)
+        if not self.amplitude:
+            return _straight(fibers, middles, units)
+        normals = _normals(units, self.seed)
+        return tuple(
+            curves.bent(f, centre=m, direction=u, normal=n, amplitude=self.amplitude)
+            for f, m, u, n in zip(fibers, middles, units, normals, strict=True)
+        )
 
 
 @dataclass(frozen=True)

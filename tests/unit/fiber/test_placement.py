@@ -12,6 +12,7 @@ from stokesfibers.core.segments import segment_distances
 from stokesfibers.fiber.orientation import Aligned, InPlane, Isotropic, VonMisesFisher
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.fiber.placement import Box, place_randomly
+from stokesfibers.fiber.suspension import Suspension
 from support import assert_close
 
 
@@ -56,6 +57,36 @@ def test_placed_fibers_keep_the_gap_images_included(periods):
     ]
     assert min(gaps) >= 0.05
     assert min(gaps) < 0.15  # dense enough that the gap matters
+
+
+def test_bent_fibers_keep_the_gap_and_bend_in_random_planes():
+    fibers = (Fiber(slenderness=0.02),) * 12
+    made = {
+        amplitude: np.array(
+            [
+                curve.at_fractions(np.linspace(0.0, 1.0, 65))
+                for curve in Suspension(
+                    seed=2, box=(2.0, 2.0, 2.0), least_gap=0.05, amplitude=amplitude
+                ).curves(fibers, np.zeros(3))
+            ]
+        )
+        for amplitude in (0.0, 8.0, -8.0)
+    }
+    x = made[8.0]
+    ends = x[:, -1] - x[:, 0]
+    units = ends / np.linalg.norm(ends, axis=1)[:, None]
+    sag = x[:, 32] - 0.5 * (x[:, 0] + x[:, -1])
+    assert_close(np.linalg.norm(sag, axis=1), 8.0 / 256.0, rtol=5e-3)
+    assert np.abs(np.sum(sag * units, axis=1)).max() < 1e-12
+    normals = sag / np.linalg.norm(sag, axis=1)[:, None]
+    assert np.linalg.norm(normals.mean(axis=0)) < 0.6, "in all directions"
+    assert_close(made[-8.0][:, 32] - 0.5 * (made[-8.0][:, 0] + made[-8.0][:, -1]), -sag, atol=1e-12)
+    straight = made[0.0][:, -1] - made[0.0][:, 0]
+    assert_close(np.linalg.norm(straight, axis=1), 1.0, rtol=1e-12)
+    for k in range(12):
+        others = np.delete(x, k, axis=0).reshape(-1, 3)
+        apart = np.linalg.norm(x[k][:, None] - others, axis=-1).min()
+        assert apart >= 0.05 + 0.04
 
 
 def test_fibers_that_are_short_beside_the_cell_keep_the_gap():
