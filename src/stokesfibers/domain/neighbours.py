@@ -82,7 +82,8 @@ def _pairs(points: Points, radius: float, domain: AbstractDomain) -> Indices:
     found = KDTree(inside).sparse_distance_matrix(KDTree(ghosts), radius, output_type="ndarray")
     first, second = found["i"].astype(np.intp), which[found["j"]]
     keep = first < second
-    return np.unique(np.stack([first[keep], second[keep]], axis=1), axis=0)
+    once = np.unique(first[keep] * len(points) + second[keep])
+    return np.stack(np.divmod(once, len(points)), axis=1)
 
 
 def _ghosts(inside: Points, radius: float, domain: AbstractDomain) -> tuple[Points, Indices]:
@@ -92,11 +93,19 @@ def _ghosts(inside: Points, radius: float, domain: AbstractDomain) -> tuple[Poin
     most[0] += np.ceil(abs(domain.offset) * most[1] / domain.lengths[0])
     steps = (np.arange(-n, n + 1) for n in most)
     numbers = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    vectors = domain.lattice_vectors(numbers)
+    reaching = (inside.max(axis=0) + vectors >= low) & (inside.min(axis=0) + vectors <= high)
+    shifts = [np.unique(vectors[:, i], return_inverse=True) for i in range(3)]
+    # moved by each shift that there is along an axis, which points lie between the ends of the box
+    between = [
+        (x + shift[:, None] >= bottom) & (x + shift[:, None] <= top)
+        for x, (shift, _), bottom, top in zip(inside.T, shifts, low, high, strict=True)
+    ]
     found = []
-    for vector in domain.lattice_vectors(numbers):
-        ghost = inside + vector
-        which = np.flatnonzero(np.all((ghost >= low) & (ghost <= high), axis=1))
-        found.append((ghost[which], which))
+    for k in np.flatnonzero(reaching.all(axis=1)):
+        x, y, z = (own[which[k]] for own, (_, which) in zip(between, shifts, strict=True))
+        which = np.flatnonzero(x & y & z)
+        found.append((inside[which] + vectors[k], which))
     points, which = zip(*found, strict=True)
     return np.concatenate(points), np.concatenate(which)
 

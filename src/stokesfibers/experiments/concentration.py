@@ -35,6 +35,7 @@ SHOWN = {"viscosity": r"$\eta_{\mathrm{sp}}$", "n1": r"$N_1/\mu\dot\gamma_0$"}
 _AMPLITUDE = 1.0  # d_y: bent by 1/256 of the length at the start
 _FULL = (0.05, 0.25, 0.5, 1.0, 2.0)
 _QUICK = (0.05, 1.0)
+_EVERY = 0.1
 _DRAWN = 1.0  # concentration whose series are drawn
 
 
@@ -44,7 +45,7 @@ def planned(kind: str, concentration: float, *, quick: bool) -> list[CellRun]:
     flow = OscillatoryShear(amplitude=1.0, frequency=1.0 / PERIOD)
     until, fibers = periods * PERIOD, uniform(count)
     return [
-        CellRun(kind, fibers, MU_BARS[kind], concentration, seed, until, flow, _AMPLITUDE)
+        CellRun(kind, fibers, MU_BARS[kind], concentration, seed, until, flow, _AMPLITUDE, _EVERY)
         for seed in range(1, seeds + 1)
     ]
 

@@ -29,7 +29,6 @@ EPS = 1e-2
 RTOL = 1e-3
 _RANGE = 0.03  # of the repulsion, in lengths
 _GAP = 0.04  # between the fibers at the start, in lengths
-_EVERY = 0.05  # strains between observables
 NAMES = ("viscosity", "n1", "n2")
 """Specific viscosity, N_1 and N_2 per volume over mu rate."""
 
@@ -56,6 +55,8 @@ class CellRun:
         A shear U = (rate(t) y, 0, 0).
     amplitude
         d_y of (47): largest deflection at the start, times 256.
+    every
+        Time between observables.
     """
 
     label: str
@@ -66,6 +67,7 @@ class CellRun:
     until: float
     flow: AbstractFlow = field(default_factory=Shear)
     amplitude: float = 0.0
+    every: float = 0.05
 
     @property
     def name(self) -> str:
@@ -103,7 +105,7 @@ class CellRun:
     @property
     def schedule(self) -> Schedule:
         """What is recorded when."""
-        return Schedule(0.5, _EVERY, 1.0)
+        return Schedule(10.0 * self.every, self.every, 20.0 * self.every)
 
 
 def uniform(count: int) -> tuple[Fiber, ...]:
