@@ -10,6 +10,7 @@ import click
 
 from stokesfibers.cli.failure import DONE, INTERRUPTED, RUN_FAILED, complain
 from stokesfibers.cli.words import duration, plural, warn
+from stokesfibers.io.reader import read_array
 
 if TYPE_CHECKING:
     from stokesfibers.run.simulate import Result
@@ -45,7 +46,7 @@ def say_how_it_ended(result: Result, out: Path, spent: Spent, *, quiet: bool) ->
     if not quiet:
         click.secho("done: ", fg="green", bold=True, nl=False)
         click.echo(f"t = {status.time:.6g}, stored in {out}.")
-        _say_time(result, spent)
+        _say_time(out, spent)
         if status.explanation:
             click.echo(f"{status.explanation}.")
         if status.trust == "trusted":
@@ -56,11 +57,11 @@ def say_how_it_ended(result: Result, out: Path, spent: Spent, *, quiet: bool) ->
     return DONE
 
 
-def _say_time(result: Result, spent: Spent) -> None:
+def _say_time(out: Path, spent: Spent) -> None:
     """Print what the steps of this command took, and all of it."""
-    steps = result.data["numerics"].to_dataset()["wall_time"].isel(step=slice(spent.before, None))
-    if steps.sizes["step"]:
-        each = f"{plural(steps.sizes['step'], 'step')} in {duration(float(steps.sum()))}"
+    steps = read_array(out, "numerics/wall_time")[spent.before :]
+    if len(steps):
+        each = f"{plural(len(steps), 'step')} in {duration(float(steps.sum()))}"
         rest = "with start, recording and checks of the result"
         click.echo(f"{each}; {duration(spent.seconds)} {rest}.")
 

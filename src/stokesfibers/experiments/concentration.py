@@ -177,13 +177,13 @@ def _buckling(data: xr.Dataset) -> list[Row]:
             "N_1 of stiff over that of flexible fibers, largest size",
             share,
             0.0,
-            upper=0.05,
+            high=0.05,
             note="A fiber that stays straight turns there and back: nothing is left.",
         ),
         Row(
             "N_1 of flexible fibers over its error, least",
             above,
-            lower=3.0,
+            low=3.0,
             note="Buckling leaves a positive N_1 (the paper's conclusion).",
         ),
     ]

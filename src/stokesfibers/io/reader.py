@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from stokesfibers.io import marker
 
@@ -30,3 +33,20 @@ def open_run(path: str | Path) -> xarray.DataTree:
     from stokesfibers.io.checked import CheckedStore
 
     return xarray.open_datatree(CheckedStore(where, docs), engine="zarr")  # type: ignore[arg-type]
+
+
+def read_array(path: str | Path, name: str) -> NDArray[Any]:
+    """Return all values of one array of a run, ``"group/name"``, without labels or their libraries.
+
+    Raises
+    ------
+    StoreError
+        If there is no usable run of ours at `path`, or values were changed on the disk.
+    """
+    where = Path(path)
+    docs, _ = marker.read(where)
+    import zarr  # slow to import
+
+    from stokesfibers.io.checked import CheckedStore
+
+    return np.asarray(zarr.open_array(CheckedStore(where, docs), path=name, mode="r")[...])

@@ -45,7 +45,7 @@ class Balance:
         D, P and W, from the velocity of the model.
     defect
         Largest over the fibers of the root mean square of |x_t - v| / L, in 1 / time: x_t as the
-        run goes, v as the model says.
+        run goes, v as the model says; of what lasts of it, if that is known.
     pace
         The same of x_t less its mean along the fiber: how fast it turns and bends.
     """

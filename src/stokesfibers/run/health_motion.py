@@ -2,13 +2,14 @@
 
 The mobility is evaluated anew from shapes and tensions, with weights, near corrections and sums
 between fibers of its own, so that an error of a step, of its solve or of its sums is seen.
-A fiber's own operator is evaluated on the run's nodes: its quadrature error is seen only through
-the decay of the modes, not where a fiber nears itself.
+A fiber's own operator is evaluated on the run's nodes for the power, which balances there, and on
+more nodes for the motion (`health_nodes`), so that an error of its quadrature is seen as well.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -24,6 +25,7 @@ from stokesfibers.problem.discretised import (
 )
 from stokesfibers.problem.engine import PaperEngine
 from stokesfibers.problem.problem import Problem
+from stokesfibers.run.health_nodes import MoreNodes
 from stokesfibers.slender.spectral import SpectralFiber
 from stokesfibers.slender.spectral_forces import (
     elastic_forces,
@@ -52,6 +54,16 @@ def balance_of(stepper: AbstractStepper[Any], threads: int | None) -> Weigh:
     return _SpectralMotion(stepper.problem, threads)
 
 
+@dataclass(frozen=True)
+class _OnNodes:
+    """What weighs shapes of so many nodes: fibers, their interaction, and threads."""
+
+    fibers: tuple[SpectralFiber, ...]
+    more: MoreNodes
+    interaction: AbstractSpectralInteraction
+    workers: Workers
+
+
 class _SpectralMotion:
     """Weighs steps of the high-order engine."""
 
@@ -63,7 +75,8 @@ class _SpectralMotion:
     def __call__(self, carry: Carry) -> Balance | None:
         if carry.step == 0:
             return None
-        fibers, interaction, workers = self._on(carry.modes.shape[-1])
+        on = self._on(carry.modes.shape[-1])
+        fibers = on.fibers
         modes, pulls, t = carry.modes[:, 0], carry.tensions[:, 0], carry.time
         lengths = np.array([f.length for f in fibers])[:, None, None]
         unit = force_units(fibers)
@@ -72,24 +85,29 @@ class _SpectralMotion:
         elastic = unit * elastic_forces(fibers, modes, pulls)
         load = _load(self._problem, points, weights, t)
         force = np.ascontiguousarray((elastic - load) / unit)
-        resisted = unit * resisted_forces(fibers, modes, force, workers)
-        if not interaction.alone:
-            scene = interaction.scene(modes, t, workers)
-            resisted = resisted + scene.velocity(unit * force, resisted)
+        own = unit * resisted_forces(fibers, modes, force, on.workers)
+        resisted = own
+        if not on.interaction.alone:
+            scene = on.interaction.scene(modes, t, on.workers)
+            resisted = own + scene.velocity(unit * force, own)
         flow = self._problem.flow.velocity(points, t).transpose(0, 2, 1)
-        motion = Motion(t, elastic, load, flow, flow - resisted / self._problem.drag, weights)
+        drag = self._problem.drag
+        motion = Motion(t, elastic, load, flow, flow - resisted / drag, weights)
         moving = _rate(carry)
         rate = lengths * np.matmul(moving, fibers[0].tables[0].T)
         # L x_ss and its rate
         bend, changing = (np.matmul(m, fibers[0].tables[2].T) for m in (modes, moving))
         stiffness = np.array([f.rigidity / f.length for f in fibers])[:, None, None]
-        return motion.balance(rate, motion.power(stiffness * bend, changing / lengths))
+        balance = motion.balance(rate, motion.power(stiffness * bend, changing / lengths))
+        finer = on.more.resisted(modes, pulls, load)
+        off = rate - motion.model + (finer - own) / drag
+        tau = 1.0 / (balance.pace + 1.0 / t)
+        return replace(balance, defect=motion.largest(on.more.lasting(off, tau)))
 
-    def _discretised(
-        self, nodes: int
-    ) -> tuple[tuple[SpectralFiber, ...], AbstractSpectralInteraction, Workers]:
-        fibers = spectral_fibers(self._problem, nodes)
-        return fibers, _interaction(self._problem, fibers), Workers(self._threads)
+    def _discretised(self, nodes: int) -> _OnNodes:
+        fibers, workers = spectral_fibers(self._problem, nodes), Workers(self._threads)
+        more = MoreNodes(self._problem, fibers, workers)
+        return _OnNodes(fibers, more, _interaction(self._problem, fibers), workers)
 
 
 class _PaperMotion:
