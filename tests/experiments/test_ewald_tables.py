@@ -7,8 +7,8 @@ import pytest
 
 from reference.ewald_slow import lattice_sum
 from reference.periodic_slow import one_periodic, three_periodic, total, two_periodic_modes
-from stokesfibers.experiments import ewald_tables_slow as slow
-from stokesfibers.experiments.ewald_tables_slow import Pairs
+from stokesfibers.experiments import slow_sums as slow
+from stokesfibers.experiments.slow_sums import Pairs
 from support import assert_close
 
 pytest.importorskip("ducc0")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stokesfibers.experiments import ewald_tables_slow as slow
 from stokesfibers.experiments import images_exact
-from stokesfibers.experiments.ewald_tables_slow import Pairs
+from stokesfibers.experiments import slow_sums as slow
+from stokesfibers.experiments.slow_sums import Pairs
 from support import assert_close
 
 pytest.importorskip("ducc0")

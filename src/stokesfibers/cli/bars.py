@@ -1,10 +1,14 @@
-"""A progress bar for commands that go through a run record by record."""
+"""Progress bars: for commands that go through a run record by record, and for long calculations."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from stokesfibers.experiments.base import Progress
 
 Moved = Callable[[int, int], None]
 
@@ -24,3 +28,21 @@ def bar(what: str, *, quiet: bool) -> Iterator[Moved | None]:
             shown.update(done - shown.n)
 
         yield moved
+
+
+@contextmanager
+def share_bar(name: str = "") -> Iterator[Progress | None]:
+    """Give the function that shows what is being computed and the share done; None unseen."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from tqdm import tqdm
+
+    form = "{desc} |{bar}| {percentage:3.0f} %, {elapsed}, {remaining} left"
+    with tqdm(total=1.0, desc=name, leave=False, bar_format=form, dynamic_ncols=True) as shown:
+
+        def show(what: str, share: float) -> None:
+            shown.set_description_str(f"{name}: {what}" if name else what, refresh=False)
+            shown.update(max(0.0, min(share, 1.0) - shown.n))
+
+        yield show

@@ -38,3 +38,11 @@ mpi_option = click.option(
     default=None,
     help="Share the work with the other ranks of an MPI launcher; by default if one is found.",
 )
+processes_option = click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    metavar="N",
+    default=1,
+    show_default=True,
+    help="Processes that compute independent runs.",
+)

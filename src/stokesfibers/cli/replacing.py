@@ -12,6 +12,8 @@ from pathlib import Path
 
 import click
 
+from stokesfibers.core.errors import InputError
+
 
 @contextmanager
 def replacing(*places: Path, quiet: bool = False) -> Iterator[None]:
@@ -35,3 +37,13 @@ def say_replaced(places: Iterable[Path]) -> None:
 def files_in(folder: Path) -> set[Path]:
     """Return the files of a folder, those of its folders left out; none if it is not there."""
     return {place for place in folder.iterdir() if place.is_file()} if folder.is_dir() else set()
+
+
+def results_folder(out: Path) -> Path:
+    """Return the folder of ``--out`` for results; its parent must exist, as for runs."""
+    if not out.resolve().parent.is_dir():
+        hint = f"Make the folder {out.parent} first."
+        raise InputError("--out", "a place in an existing folder", str(out), hint)
+    if out.exists() and not out.is_dir():
+        raise InputError("--out", "a folder", f"'{out}', a file")
+    return out

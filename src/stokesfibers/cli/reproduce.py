@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from stokesfibers.cli.bars import share_bar
 from stokesfibers.cli.failure import DONE, INTERRUPTED, OUR_FAULT, complain, guarded
-from stokesfibers.cli.replacing import files_in, say_replaced
+from stokesfibers.cli.options import processes_option
+from stokesfibers.cli.replacing import files_in, results_folder, say_replaced
 from stokesfibers.cli.words import lines, number
 
 if TYPE_CHECKING:
-    from stokesfibers.experiments.base import Experiment, Progress
+    from stokesfibers.experiments.base import Experiment
 
 _COLOURS = {"agrees": "green", "differs": "red", "known difference": "yellow"}
 
@@ -30,14 +29,7 @@ _COLOURS = {"agrees": "green", "differs": "red", "known difference": "yellow"}
 @click.option(
     "--seed", type=int, help="Seed of what is drawn at random; where nothing is, it has no effect."
 )
-@click.option(
-    "--workers",
-    type=click.IntRange(min=1),
-    metavar="N",
-    default=1,
-    show_default=True,
-    help="Processes that compute independent runs.",
-)
+@processes_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @guarded
 def reproduce(
@@ -66,7 +58,7 @@ def reproduce(
     before, found = files_in(folder), []
     for experiment in chosen:
         try:
-            with _progress(experiment.name) as progress:
+            with share_bar(experiment.name) as progress:
                 summary = experiment.reproduce(
                     folder, quick=quick, seed=seed, workers=workers, progress=progress
                 )
@@ -100,35 +92,12 @@ def _chosen(names: tuple[str, ...], experiments: dict[str, Experiment]) -> list[
 
 
 def _folder(out: Path | None) -> Path:
-    """Return the folder for results; its parent must exist, as for runs."""
+    """Return the folder for results, which must be given."""
     from stokesfibers.core.errors import InputError
 
     if out is None:
         raise InputError("--out", "a folder for the results", "nothing")
-    if not out.resolve().parent.is_dir():
-        hint = f"Make the folder {out.parent} first."
-        raise InputError("--out", "a place in an existing folder", str(out), hint)
-    if out.exists() and not out.is_dir():
-        raise InputError("--out", "a folder", f"'{out}', a file")
-    return out
-
-
-@contextmanager
-def _progress(name: str) -> Iterator[Progress | None]:
-    """Show a bar of the share done, on a terminal only."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from tqdm import tqdm
-
-    form = "{desc} |{bar}| {percentage:3.0f} %, {remaining} left"
-    with tqdm(total=1.0, desc=name, leave=False, bar_format=form, dynamic_ncols=True) as bar:
-
-        def show(what: str, share: float) -> None:
-            bar.set_description_str(f"{name}: {what}", refresh=False)
-            bar.update(max(0.0, min(share, 1.0) - bar.n))
-
-        yield show
+    return results_folder(out)
 
 
 def _say(summary: dict[str, Any], folder: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,12 +11,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from stokesfibers.cli.bars import share_bar
 from stokesfibers.cli.failure import DONE, INTERRUPTED, OUR_FAULT, complain, guarded
-from stokesfibers.cli.replacing import files_in, say_replaced
+from stokesfibers.cli.options import processes_option
+from stokesfibers.cli.replacing import files_in, results_folder, say_replaced
 from stokesfibers.cli.words import duration, lines, warn
 
 if TYPE_CHECKING:
-    from stokesfibers.experiments.base import Progress
     from stokesfibers.study.validation.record import Entry
     from stokesfibers.study.validation.suite import Report, Result
 
@@ -36,14 +36,7 @@ _SHOWN = ("quantity", "theirs", "ours", "error", "tolerance", "verdict")
 @click.option(
     "--only", multiple=True, metavar="NAME", help="Only this entry; may be given several times."
 )
-@click.option(
-    "--workers",
-    type=click.IntRange(min=1),
-    metavar="N",
-    default=1,
-    show_default=True,
-    help="Processes that compute independent runs.",
-)
+@processes_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @guarded
 def validate(
@@ -87,7 +80,7 @@ def _report(
     from stokesfibers.experiments.base import Settings
     from stokesfibers.study.validation.suite import validate as run_suite
 
-    with _progress() as progress:
+    with share_bar() as progress:
         settings = Settings(folder, quick=quick, workers=workers, progress=progress)
         return run_suite(entries, settings, (lambda _: None) if quiet else _say)
 
@@ -142,34 +135,9 @@ def _list(entries: tuple[Entry, ...] | list[Entry], *, as_json: bool) -> None:
 @contextmanager
 def _folder(out: Path | None) -> Iterator[Path]:
     """Return where runs go: the folder given, or one that is gone afterwards."""
-    from stokesfibers.core.errors import InputError
-
     if out is None:
         with tempfile.TemporaryDirectory(prefix="stokesfibers-validate-") as name:
             yield Path(name)
         return
-    if not out.resolve().parent.is_dir():
-        hint = f"Make the folder {out.parent} first."
-        raise InputError("--out", "a place in an existing folder", str(out), hint)
-    if out.exists() and not out.is_dir():
-        raise InputError("--out", "a folder", f"'{out}', a file")
-    out.mkdir(exist_ok=True)
+    results_folder(out).mkdir(exist_ok=True)
     yield out
-
-
-@contextmanager
-def _progress() -> Iterator[Progress | None]:
-    """Show a bar of the share done of the whole suite, on a terminal only."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from tqdm import tqdm
-
-    form = "{desc} |{bar}| {percentage:3.0f} %, {elapsed}"
-    with tqdm(total=1.0, leave=False, bar_format=form, dynamic_ncols=True) as bar:
-
-        def show(what: str, share: float) -> None:
-            bar.set_description_str(what, refresh=False)
-            bar.update(max(0.0, min(share, 1.0) - bar.n))
-
-        yield show

@@ -1,7 +1,7 @@
 """Measured errors of the Ewald sum against slow sums, for all domains, tolerances and both splits.
 
 The cloud is random, its forces add up to zero; errors are relative, rms over a part of the points,
-against the sums of `ewald_tables_slow`. The cut-off is the one the sum chooses, unless said.
+against the sums of `slow_sums`. The cut-off is the one the sum chooses, unless said.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from stokesfibers.core.arrays import Array
 from stokesfibers.core.parallel import Workers
 from stokesfibers.domain import AbstractDomain, Free, Periodic
 from stokesfibers.domain.sheared import Sheared
-from stokesfibers.experiments import ewald_tables_rows, ewald_tables_slow
+from stokesfibers.experiments import ewald_tables_rows, slow_sums
 from stokesfibers.experiments.base import Settings
-from stokesfibers.experiments.ewald_tables_slow import Pairs
+from stokesfibers.experiments.slow_sums import Pairs
 from stokesfibers.summation.ewald import EwaldSum
 from stokesfibers.summation.ewald.accuracy import bandwidth_for, estimated_error
 
@@ -59,17 +59,13 @@ class Known:
 
 
 DOMAINS = {
-    "free": Known(Free(), ewald_tables_slow.free),
-    "one": Known(Periodic((SIDE, 0.0, 0.0)), lambda p: ewald_tables_slow.one_direction(p, SIDE, 0)),
-    "two": Known(
-        Periodic((SIDE, SIDE, 0.0)), lambda p: ewald_tables_slow.two_directions(p, _CUBE[:2])
-    ),
-    "three": Known(Periodic(_CUBE), lambda p: ewald_tables_slow.three_directions(p, _CUBE)),
+    "free": Known(Free(), slow_sums.free),
+    "one": Known(Periodic((SIDE, 0.0, 0.0)), lambda p: slow_sums.one_direction(p, SIDE, 0)),
+    "two": Known(Periodic((SIDE, SIDE, 0.0)), lambda p: slow_sums.two_directions(p, _CUBE[:2])),
+    "three": Known(Periodic(_CUBE), lambda p: slow_sums.three_directions(p, _CUBE)),
     "sheared": Known(
         Sheared(_CUBE, TURNS[0] / TURNS[1]),
-        lambda p: ewald_tables_slow.three_directions(
-            *ewald_tables_slow.sheared_as_copies(p, _CUBE, TURNS)
-        ),
+        lambda p: slow_sums.three_directions(*slow_sums.sheared_as_copies(p, _CUBE, TURNS)),
     ),
 }
 LABELS = {

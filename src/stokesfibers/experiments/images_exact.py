@@ -19,12 +19,12 @@ from scipy.interpolate import make_interp_spline
 from stokesfibers.core.arrays import Array, Points
 from stokesfibers.core.parallel import Workers
 from stokesfibers.domain import Periodic
-from stokesfibers.experiments import ewald_tables_slow as slow
 from stokesfibers.experiments import runs
+from stokesfibers.experiments import slow_sums as slow
 from stokesfibers.experiments.base import Row, Settings
 from stokesfibers.experiments.engine_runs import EngineRun
-from stokesfibers.experiments.ewald_tables_slow import Pairs
 from stokesfibers.experiments.images import HEIGHTS, LINES, MU_BAR, PERIODS, REACH
+from stokesfibers.experiments.slow_sums import Pairs
 from stokesfibers.experiments.tiers import tier
 from stokesfibers.numerics.legendre import gauss_legendre
 from stokesfibers.problem.engine import SpectralEngine

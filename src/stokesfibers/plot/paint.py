@@ -79,7 +79,9 @@ def checked(colour: str | None) -> Colour | None:
             return known
     if colour is None:
         return None
-    raise InputError("colour", f"one of {', '.join(COLOURS)}, or None", repr(colour))
+    raise InputError(
+        "colour", f"one of {', '.join(COLOURS)}; none is one colour for all", repr(colour)
+    )
 
 
 def node_values(kind: Colour, position: Floats, tension: Floats | None) -> Floats:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stokesfibers.experiments import ewald_tables_slow as slow
+from stokesfibers.experiments import slow_sums as slow
 from stokesfibers.experiments.base import Settings
 from stokesfibers.experiments.registry import EXPERIMENTS
 from stokesfibers.run.selftest import tension_error

@@ -12,11 +12,11 @@ from stokesfibers.core.parallel import Workers
 from stokesfibers.domain import Free, Periodic
 from stokesfibers.domain.domains import AbstractDomain
 from stokesfibers.domain.sheared import Sheared
-from stokesfibers.experiments import ewald_tables_slow as slow
+from stokesfibers.experiments import slow_sums as slow
 from stokesfibers.experiments.base import Settings
 from stokesfibers.experiments.ewald_tables import LATTICES
 from stokesfibers.experiments.ewald_tables_rows import HASIMOTO, PRINTED
-from stokesfibers.experiments.ewald_tables_slow import Pairs
+from stokesfibers.experiments.slow_sums import Pairs
 from stokesfibers.study.validation.record import Entry, Finding, close
 from stokesfibers.summation.ewald import EwaldSum
 
