@@ -1,13 +1,23 @@
-"""The start of the command: interrupted before it is loaded it ends quietly with 130."""
+"""The start and the end of the command: interrupted there it ends quietly with its exit code."""
 
 from __future__ import annotations
 
 import builtins
+import signal
 import sys
+from collections.abc import Iterator
 
 import pytest
 
 from stokesfibers.cli import entry
+
+
+@pytest.fixture(autouse=True)
+def handler() -> Iterator[None]:
+    """Put back what takes SIGINT, which the command lets go at its end."""
+    kept = signal.getsignal(signal.SIGINT)
+    yield
+    signal.signal(signal.SIGINT, kept)
 
 
 def test_an_interrupt_while_loading_ends_with_130(monkeypatch, capsys):
@@ -31,3 +41,4 @@ def test_otherwise_it_is_the_command(monkeypatch, capsys):
         entry.main()
     assert ended.value.code == 0
     assert capsys.readouterr().out.startswith("stokesfibers ")
+    assert signal.getsignal(signal.SIGINT) == signal.SIG_IGN, "what is done stays done"
