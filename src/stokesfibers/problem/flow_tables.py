@@ -7,8 +7,6 @@ and the uniform flow, whose key ``velocity`` is the record's field ``stream_velo
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -26,25 +24,7 @@ from stokesfibers.flow import (
     load_user_flow,
     to_dict,
 )
-
-
-@dataclass(frozen=True)
-class Source:
-    """What a flow from a user's file needs beside its table.
-
-    Attributes
-    ----------
-    folder
-        Folder that relative paths start from.
-    allow_python
-        Whether the file may run.
-    length_scale
-        Length over which its velocity is taken to vary.
-    """
-
-    folder: Path
-    allow_python: bool
-    length_scale: float
+from stokesfibers.problem.user_tables import Source, UserTable
 
 
 def flow_from_table(table: Table, source: Source, where: str) -> AbstractFlow:
@@ -61,12 +41,7 @@ def flow_from_table(table: Table, source: Source, where: str) -> AbstractFlow:
         )
         return SumOfFlows(tuple(flows))
     if kind == TimeDependentShear.kind or "velocity_function" in table:
-        raise InputError(
-            where,
-            "a flow that a case file can say",
-            "functions typed in Python",
-            "Resume it from Python: stokesfibers.resume(path, problem=problem).",
-        )
+        raise UserTable(table, where, "flow").typed_in_python("functions")
     if kind == UserFlow.kind:
         return _python_flow(table, source, where)
     if kind == Uniform.kind:
@@ -106,41 +81,10 @@ def _uniform_flow(table: Table, where: str) -> Uniform:
 
 
 def _python_flow(table: Table, source: Source, where: str) -> UserFlow:
-    refuse_unknown(table, ("kind", "file", "velocity", "gradient", "sha256"), where)
-    if "file" not in table:
-        raise InputError(f"{where}.file", "the name of a Python file", "nothing")
-    for key in ("file", "velocity", "gradient", "sha256"):
-        if not isinstance(table.get(key, ""), str):
-            raise InputError(f"{where}.{key}", "a text", table[key])
-    if not source.allow_python:
-        raise InputError(
-            f"{where}.kind",
-            "a flow that runs no code",
-            "'python'",
-            "Add --allow-python if you trust the file.",
-        )
-    file = source.folder / table["file"]
-    if "sha256" in table:
-        check_unchanged(file, table["sha256"], f"{where}.file")
-    names = {key: table[key] for key in ("velocity", "gradient") if key in table}
+    functions = ("velocity", "gradient")
+    file = UserTable(table, where, "flow").file(source, functions)
+    names = {key: table[key] for key in functions if key in table}
     flow = load_user_flow(file, **names, length_scale=source.length_scale)
     if "gradient" in table and flow.gradient_function is None:
         raise InputError(f"{where}.gradient", f"a function in {file}", repr(table["gradient"]))
     return flow
-
-
-def check_unchanged(file: Path, digest: str, where: str) -> None:
-    """Refuse a file whose sha256 is not `digest`."""
-    try:
-        found = sha256(file.read_bytes()).hexdigest()
-    except OSError as error:
-        raise InputError(
-            where, "a Python file that can be read", f"'{file}': {error.strerror}"
-        ) from None
-    if found != digest:
-        raise InputError(
-            where,
-            f"'{file}' as it was, sha256 {digest[:12]}...",
-            f"a changed file, sha256 {found[:12]}...",
-            "Restore the file, or start a new run.",
-        )

@@ -9,9 +9,9 @@ from stokesfibers.constraint.coupled import TENSION_SOLVERS, AbstractTensionSolv
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import Table, as_table, build, choose, to_table
 from stokesfibers.domain import DOMAINS, AbstractDomain
-from stokesfibers.problem.flow_tables import Source
 from stokesfibers.problem.load_tables import load_from_table, load_to_table
 from stokesfibers.problem.problem import Problem
+from stokesfibers.problem.user_tables import Source
 from stokesfibers.summation import IMAGE_SUMS, AbstractImageSum, EngineImages, FastImages
 from stokesfibers.summation.close_approach import (
     CLOSE_APPROACHES,

@@ -2,42 +2,20 @@
 
 from __future__ import annotations
 
-from stokesfibers.core.errors import InputError
-from stokesfibers.core.tables import Table, choose, refuse_unknown, to_table
+from stokesfibers.core.tables import Table, choose, to_table
 from stokesfibers.flow.base import qualified_name
 from stokesfibers.load import LOADS, AbstractLoad, NoLoad, UserLoad, load_user_load
-from stokesfibers.problem.flow_tables import Source, check_unchanged
-
-_KEYS = ("kind", "file", "density", "sha256")
+from stokesfibers.problem.user_tables import Source, UserTable
 
 
 def load_from_table(table: Table, source: Source, where: str) -> AbstractLoad:
     """Return the load that a table describes; InputErrors name the path `where`.key."""
     if table.get("kind") != UserLoad.kind:
         return choose({**LOADS, UserLoad.kind: NoLoad}, table, where)
+    held = UserTable(table, where, "load")
     if "density_function" in table:
-        raise InputError(
-            where,
-            "a load that a case file can say",
-            "a function typed in Python",
-            "Resume it from Python: stokesfibers.resume(path, problem=problem).",
-        )
-    refuse_unknown(table, _KEYS, where)
-    if "file" not in table:
-        raise InputError(f"{where}.file", "the name of a Python file", "nothing")
-    for key in _KEYS[1:]:
-        if not isinstance(table.get(key, ""), str):
-            raise InputError(f"{where}.{key}", "a text", table[key])
-    if not source.allow_python:
-        raise InputError(
-            f"{where}.kind",
-            "a load that runs no code",
-            "'python'",
-            "Add --allow-python if you trust the file.",
-        )
-    file = source.folder / table["file"]
-    if "sha256" in table:
-        check_unchanged(file, table["sha256"], f"{where}.file")
+        raise held.typed_in_python("a function")
+    file = held.file(source, ("density",))
     return load_user_load(file, table.get("density", "density"))
 
 

@@ -10,13 +10,14 @@ from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import Table, as_table, build, choose, refuse_unknown, to_table
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.problem.engine import ENGINES, PaperEngine, SpectralEngine
-from stokesfibers.problem.flow_tables import Source, flow_from_table, flow_to_table
+from stokesfibers.problem.flow_tables import flow_from_table, flow_to_table
 from stokesfibers.problem.interaction_tables import (
     SOLVER_KEYS,
     interaction_parts,
     interaction_tables,
 )
 from stokesfibers.problem.problem import Problem
+from stokesfibers.problem.user_tables import Source
 from stokesfibers.slender.mobility import AbstractMobility, LocalDrag, NonLocal
 from stokesfibers.slender.regularization import REGULARIZATIONS
 
