@@ -4,8 +4,9 @@ Slender body theory does not stop fibers from crossing. Between two times each n
 move straight. Two segments cross if their four ends become coplanar, that is if the volume
 ``(x_1' x x_2') . (x_1 - x_2)`` changes sign, at a time at which the segments meet.
 
-In a sheared cell images slide meanwhile, at a constant velocity. Fibers are first brought near the
-cell, each by the lattice vectors of its time, so that both move slowly.
+In a sheared cell images slide meanwhile. All is looked at in the frame that is sheared with the
+cell: there images rest, fibers that are near each other move slowly wherever they are, and volumes
+are the same.
 """
 
 from __future__ import annotations
@@ -50,12 +51,11 @@ def find_crossings(
     """
     if len(before) == 1 and not np.any(domain.lengths > 0.0):
         return ()
-    later = later or domain
-    before, after = brought_home(before, after, domain, later)
-    one, other, shift, slid = _suspects(before, after, domain, domain.slide_to(later))
+    after = sheared_back(after, domain, later or domain)
+    one, other, shift = _suspects(before, after, domain)
     if not len(shift):
         return ()
-    start, stop = _ends(before, one, other, shift), _ends(after, one, other, shift + slid)
+    start, stop = _ends(before, one, other, shift), _ends(after, one, other, shift)
     when = _coplanar(start, stop)
     found: dict[tuple[int, int], float] = {}
     for k in np.flatnonzero(_meet(start + when[:, None] * (stop - start))):
@@ -66,44 +66,39 @@ def find_crossings(
     )
 
 
-def brought_home(
-    before: Positions, after: Positions, domain: AbstractDomain, later: AbstractDomain
-) -> tuple[Positions, Positions]:
-    """Return positions moved by the same lattice vectors at both times, see `AbstractDomain`."""
-    numbers = domain.brought_home(before)
-    first = domain.lattice_vectors(numbers)
-    last = first.copy()
-    last[:, 0] += numbers[:, 1] * domain.slide_to(later)
-    return before + first[:, None], after + last[:, None]
+def sheared_back(after: Positions, domain: AbstractDomain, later: AbstractDomain) -> Positions:
+    """Return positions at the time of `later` as they are in the frame of `domain`."""
+    slide = domain.slide_to(later)
+    if slide == 0.0:
+        return after
+    moved = after.copy()
+    moved[..., 0] -= slide / domain.lengths[1] * after[..., 1]
+    return moved
 
 
 def _suspects(
-    before: Positions, after: Positions, domain: AbstractDomain, slide: float
-) -> tuple[tuple[Array, Array], tuple[Array, Array], Array, Array]:
-    """Return pairs of segments that turn over and may meet: fiber and segment of each, shifts.
-
-    And how far the shifts slide along x, (pair, 3).
-    """
+    before: Positions, after: Positions, domain: AbstractDomain
+) -> tuple[tuple[Array, Array], tuple[Array, Array], Array]:
+    """Return pairs of segments that turn over and may meet: fiber and segment of each, shifts."""
     before, after = np.ascontiguousarray(before), np.ascontiguousarray(after)
     lattice = proximity.lattice(domain.lengths, domain.offset, domain.rows)
     blocks = proximity.balls(before, after, proximity.BLOCK)
     whole = proximity.balls(before, after, before.shape[1] - 1)[:, 0]
-    pairs = near_fibers(whole, proximity.most_slide(slide), domain)
+    pairs = near_fibers(whole, 0.0, domain)
     if np.any(domain.lengths > 0.0):
         own = np.repeat(np.arange(len(before)), 2).reshape(-1, 2)
         pairs = np.concatenate([pairs, own])
     room = _ROOM
     while True:
-        found, shifts = np.empty((room, 4), dtype=np.intp), np.empty((room, 4))
+        found, shifts = np.empty((room, 4), dtype=np.intp), np.empty((room, 3))
         count = proximity.turned_over(
-            pairs, before, after, whole, blocks, proximity.BLOCK, lattice, slide, found, shifts
+            pairs, before, after, whole, blocks, proximity.BLOCK, lattice, found, shifts
         )
         if count <= room:
             break
         room = count
     k, i, m, j = found[:count].T
-    slid = shifts[:count, 3:] * np.array([1.0, 0.0, 0.0])
-    return (k, i), (m, j), shifts[:count, :3], slid
+    return (k, i), (m, j), shifts[:count]
 
 
 def _ends(positions: Positions, one: tuple, other: tuple, shift: Array) -> Array:

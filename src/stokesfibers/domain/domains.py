@@ -41,14 +41,6 @@ class AbstractDomain(abc.ABC):
         """Return how far images one period up in y move along x until the domain is `later`."""
         return 0.0
 
-    def brought_home(self, points: Array) -> Array:
-        """Return what moves whole fibers (fiber, node, 3) near the cell, in lattice numbers.
-
-        Those of a sheared cell, (fiber, 3): there distance from the cell is velocity. In others
-        fibers stay where they are.
-        """
-        return np.zeros((len(points), 3))
-
     def lattice_vectors(self, numbers: Array) -> Array:
         """Return lattice vectors (..., 3) of whole `numbers` (..., 3)."""
         return np.asarray(numbers) * self.lengths

@@ -66,9 +66,6 @@ class Sheared(AbstractDomain):
         assert isinstance(later, Sheared)
         return (later.strain - self.strain) * self.periods[1]
 
-    def brought_home(self, points: Array) -> Array:
-        return -self.wrapped(points[:, points.shape[1] // 2])[1]
-
     def lattice_vectors(self, numbers: Array) -> Array:
         vectors = np.asarray(numbers) * self.lengths
         vectors[..., 0] += np.asarray(numbers)[..., 1] * self.offset

@@ -19,17 +19,11 @@ _OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 _PART = {**_OPTIONS, "cache": False, "forceinline": True}
 BLOCK = 8
 """Segments of a block."""
-_ROWS_MET = 1.5  # images that slide while segments meet lie at most three rows apart
 
 
 def lattice(lengths, offset, rows):
     """Return a lattice as the kernels take it, (5,)."""
     return np.array([*lengths, offset, float(rows)])
-
-
-def most_slide(slide):
-    """Return the most that two images which meet slide along each other."""
-    return 2.0 * _ROWS_MET * abs(slide)
 
 
 @njit(**_PART)
@@ -73,13 +67,12 @@ def _apart(one, other, lattice):
 
 @njit(**_PART)
 def _nearest(x, y, z, lattice, shift):
-    """Set the lattice vector `shift` that brings (x, y, z) closest to zero; return its row."""
+    """Set the lattice vector `shift` that brings (x, y, z) closest to zero."""
     up = _nearest_row(x, y, lattice) if lattice[4] > 0.0 else _periods(y, lattice[1])
     moved = x + up * lattice[3]
     shift[0] = up * lattice[3] + _periods(moved, lattice[0]) * lattice[0]
     shift[1] = up * lattice[1]
     shift[2] = _periods(z, lattice[2]) * lattice[2]
-    return up
 
 
 @njit(**_OPTIONS)
@@ -218,11 +211,8 @@ def _volume(x, k, i, m, j, shift):
 
 
 @njit(**_PART)
-def _ways(before, after, margin, middles):
-    """Set middles (fiber, segment, 4): middles before, and how far points get from them.
-
-    The `margin` is added.
-    """
+def _ways(before, after, middles):
+    """Set middles (fiber, segment, 4): middles before, and how far points get from them."""
     for k in range(before.shape[0]):
         for i in range(before.shape[1] - 1):
             length, first, last = 0.0, 0.0, 0.0
@@ -231,35 +221,32 @@ def _ways(before, after, margin, middles):
                 length += (before[k, i + 1, d] - before[k, i, d]) ** 2
                 first += (after[k, i, d] - before[k, i, d]) ** 2
                 last += (after[k, i + 1, d] - before[k, i + 1, d]) ** 2
-            middles[k, i, 3] = 0.5 * np.sqrt(length) + np.sqrt(max(first, last)) + margin
+            middles[k, i, 3] = 0.5 * np.sqrt(length) + np.sqrt(max(first, last))
 
 
 @njit(**_OPTIONS)
-def turned_over(pairs, before, after, whole, blocks, block, lattice, slide, found, shifts):
+def turned_over(pairs, before, after, whole, blocks, block, lattice, found, shifts):
     """Find segments that may meet on their way and whose volume changes sign, among fiber pairs.
 
-    Images one period up in y move by `slide` along x meanwhile.
-
-    Returns how many; `found` (n, 4) and `shifts` (n, 4) get fibers and segments, and what brings
-    the first to the nearest image before and how far that image slides, of the first n.
+    Returns how many; `found` (n, 4) and `shifts` (n, 3) get fibers and segments, and what brings
+    the first to the nearest image before, of the first n.
     """
     middles = np.empty((before.shape[0], before.shape[1] - 1, 4))
-    margin = _ROWS_MET * abs(slide)
-    _ways(before, after, margin, middles)
-    shift, later, count, segments = np.empty(3), np.empty(3), 0, before.shape[1] - 1
+    _ways(before, after, middles)
+    shift, count, segments = np.empty(3), 0, before.shape[1] - 1
     for pair in range(pairs.shape[0]):
         k, m = pairs[pair, 0], pairs[pair, 1]
         for one in range(blocks.shape[1]):
-            if _apart(blocks[k, one], whole[m], lattice) > 2.0 * margin:
+            if _apart(blocks[k, one], whole[m], lattice) > 0.0:
                 continue
             for other in range(one if k == m else 0, blocks.shape[1]):
-                if _apart(blocks[k, one], blocks[m, other], lattice) > 2.0 * margin:
+                if _apart(blocks[k, one], blocks[m, other], lattice) > 0.0:
                     continue
                 for i in range(one * block, min((one + 1) * block, segments)):
                     for j in range(other * block, min((other + 1) * block, segments)):
                         if _apart(middles[k, i], middles[m, j], lattice) > 0.0:
                             continue
-                        up = _nearest(
+                        _nearest(
                             middles[k, i, 0] - middles[m, j, 0],
                             middles[k, i, 1] - middles[m, j, 1],
                             middles[k, i, 2] - middles[m, j, 2],
@@ -268,15 +255,12 @@ def turned_over(pairs, before, after, whole, blocks, block, lattice, slide, foun
                         )
                         if k == m and not _moves(shift):
                             continue
-                        later[:] = shift
-                        later[0] += up * slide
                         was = _volume(before, k, i, m, j, shift) > 0.0
-                        if was == (_volume(after, k, i, m, j, later) > 0.0):
+                        if was == (_volume(after, k, i, m, j, shift) > 0.0):
                             continue
                         if count < found.shape[0]:
                             found[count, 0], found[count, 1] = k, i
                             found[count, 2], found[count, 3] = m, j
-                            shifts[count, :3] = shift
-                            shifts[count, 3] = up * slide
+                            shifts[count] = shift
                         count += 1
     return count

@@ -14,7 +14,7 @@ from stokesfibers.constraint.coupled import TensionError
 from stokesfibers.core.arrays import Positions
 from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
-from stokesfibers.domain.crossings import Crossing, brought_home, find_crossings
+from stokesfibers.domain.crossings import Crossing, find_crossings, sheared_back
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.problem.problem import Problem
 from stokesfibers.run.events import Event, Watchman
@@ -175,9 +175,7 @@ def _parts(
 ) -> int:
     """Return in how many parts a step is looked at, so that no fiber moves far in one."""
     domains = problem.domain_at(times[0]), problem.domain_at(times[1])
-    near, ahead = brought_home(before, after, *domains)
-    moved = np.linalg.norm(ahead - near, axis=-1).max(axis=1)
-    moved = moved + abs(domains[0].slide_to(domains[1]))
+    moved = np.linalg.norm(sheared_back(after, *domains) - before, axis=-1).max(axis=1)
     lengths = np.array([kind.length for kind in problem.fibers])
     return ceil(float(np.max(moved / lengths)) / _PART_OF_A_STEP)
 

@@ -68,15 +68,6 @@ def test_images_slide_by_what_the_strain_grows_times_the_period_along_y():
     assert before.slide_to(before.at(0.2 + 1.0 / 1.5)) == pytest.approx(1.0, rel=1e-12)
 
 
-def test_fibers_are_brought_home_by_their_middles():
-    cell = Sheared(PERIODS, 0.3)
-    fibers = np.random.default_rng(4).standard_normal((20, 5, 3)) * 3.0
-    numbers = cell.brought_home(fibers)
-    assert_close(numbers, np.round(numbers))
-    home = fibers[:, 2] + cell.lattice_vectors(numbers)
-    assert np.all((home >= 0.0) & (home <= cell.lengths))
-
-
 def test_without_strain_it_is_the_periodic_box():
     points = np.random.default_rng(2).standard_normal((50, 3)) * 3.0
     cell, box = Sheared(PERIODS), Periodic(PERIODS)
