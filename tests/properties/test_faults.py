@@ -289,6 +289,8 @@ def test_damage_is_named_by_every_command(case, tmp_path):
     shown = _command("show", out)
     assert shown.exit_code == 2
     assert shown.stdout.startswith("done at t = 2"), "the rest is shown"
+    assert "\ndamaged: values changed or went after the run; 1 damaged chunk" in shown.stdout
+    assert "Next:" not in shown.stdout
     assert f"{name} does not match its checksum: records " in shown.stderr
     assert "of trajectory/position, t = " in shown.stderr
     facts = _command("show", out, "--json")

@@ -14,6 +14,7 @@ from stokesfibers.cli.words import duration, heading, lines, number, plural, siz
 
 if TYPE_CHECKING:
     from stokesfibers.config.case import Case
+    from stokesfibers.fiber.parameters import Fiber
     from stokesfibers.problem.doubt import Doubt
 
 Row = tuple[str, ...]
@@ -34,18 +35,17 @@ def check(*, case: Path, settings: tuple[str, ...], allow_python: bool) -> None:
     from stokesfibers.problem.checks import doubts
 
     loaded = load_case(case, settings, allow_python=allow_python)
-    plan = loaded.plan()
-    click.secho(f"{case} is valid.", fg="green", bold=True)
-    heading("Case")
+    click.secho("Case", bold=True)
     lines(_case_rows(loaded))
     if loaded.problem.viscosity is not None:
         heading("Physical input, in the case's own units")
         lines(_physical_rows(loaded))
     heading("Dimensionless groups")
     lines(_group_rows(loaded))
-    found = doubts(loaded.problem, plan)
+    found = doubts(loaded.problem, loaded.plan())  # places the fibers, which may take a while
     heading("Doubtful choices")
     _say_doubts(found)
+    click.secho(f"\n{case} is valid.", fg="green", bold=True)
     heading("Cost")
     lines(_cost_rows(loaded))
 
@@ -53,12 +53,18 @@ def check(*, case: Path, settings: tuple[str, ...], allow_python: bool) -> None:
 def _case_rows(case: Case) -> Iterator[Row]:
     tables = case.tables()
     for fiber in tables["fiber"]:
-        yield "fiber", _pairs(fiber)
+        count = int(fiber.get("count", 1))
+        yield "fiber" if count == 1 else f"{count} fibers", _pairs(fiber)
     yield "fluid", _pairs(tables["fluid"])
     yield "flow", _pairs(tables["flow"])
+    yield "domain", _pairs(tables["domain"])
+    if tables["load"]["kind"] != "none":
+        yield "load", _pairs(tables["load"])
     model = tables["model"]
     yield "model", f"{model['mobility']}; regularization {_pairs(model.get('regularization', {}))}"
     yield "initial", _pairs(tables["initial"])
+    if amplitude := tables["initial"].get("amplitude"):
+        yield "", f"bent by {abs(amplitude) / 256.0:.2g} of the length"
     steps = {k: v for k, v in tables["stepping"].items() if k != "until"}
     tension = tables["constraint"] if case.problem.engine.kind == "paper" else {}
     engine = {**tables["discretization"], **steps, **tension}
@@ -78,9 +84,10 @@ def _pairs(table: dict[str, object]) -> str:
 def _plain(value: object) -> str:
     if isinstance(value, float):
         return number(value)
+    if isinstance(value, dict):
+        return f"({_pairs(value)})"
     if isinstance(value, list):
-        parts = (_pairs(v) if isinstance(v, dict) else _plain(v) for v in value)
-        return f"({', '.join(parts)})"
+        return f"({', '.join(map(_plain, value))})"
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
@@ -96,20 +103,37 @@ def _physical_rows(case: Case) -> Iterator[Row]:
 
 
 def _group_rows(case: Case) -> Iterator[Row]:
-    from stokesfibers.problem.groups import groups
+    from stokesfibers.problem.groups import crowding
 
     for fiber in case.problem.kinds:
-        found = groups(case.problem, fiber, case.until)
-        yield "eps", number(found.eps), "radius at mid-length / length"
-        yield "c", number(found.c), "log(eps^2 e), of the local operator"
-        yield "mu_bar", number(found.mu_bar), "8 pi mu rate L^4 / E, effective viscosity"
-        yield "eta", number(found.eta), "mu_bar / |c|"
-        share = f"{found.compression:.3g}"
-        if found.compression > 1.0:
-            yield "buckling", share, "times its threshold for a fiber along the compression"
-            yield "", f"{found.wavelength:.2g} L", "wavelength that grows fastest (local drag)"
-        else:
-            yield "buckling", share, "of its threshold (local drag): a straight fiber stays so"
+        yield from _fiber_rows(case, fiber)
+    crowd = crowding(case.problem)
+    if crowd is not None:
+        yield "n L^3", number(crowd.concentration), "number of fibers per volume, times L^3"
+        yield "n L^2 d", number(crowd.contacts), "d = diameter at mid-length; rods touch from 1 on"
+        yield "phi", number(crowd.volume_fraction), "volume fraction"
+
+
+def _fiber_rows(case: Case, fiber: Fiber) -> Iterator[Row]:
+    from stokesfibers.problem.groups import groups, weight
+
+    found, pull = groups(case.problem, fiber, case.until), weight(case.problem, fiber)
+    yield "eps", number(found.eps), "radius at mid-length / length"
+    yield "c", number(found.c), "log(eps^2 e), of the local operator"
+    if pull is not None:
+        yield "B", number(pull), "weight per length times L^3 / E, elasto-gravitational number"
+        if len(case.problem.fibers) == 1 and case.problem.flow.rate_scale() == 0.0:
+            yield "", "", "one fiber straightens and falls straight, whatever B: see the docs"
+    if case.problem.flow.rate_scale() == 0.0:
+        return
+    yield "mu_bar", number(found.mu_bar), "8 pi mu rate L^4 / E, effective viscosity"
+    yield "eta", number(found.eta), "mu_bar / |c|"
+    share = f"{found.compression:.3g}"
+    if found.compression > 1.0:
+        yield "buckling", share, "times its threshold for a fiber along the compression"
+        yield "", f"{found.wavelength:.2g} L", "wavelength that grows fastest (local drag)"
+    else:
+        yield "buckling", share, "of its threshold (local drag): a straight fiber stays so"
 
 
 def _say_doubts(found: tuple[Doubt, ...]) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from stokesfibers.cli.failure import DONE, INTERRUPTED, RUN_FAILED, complain
-from stokesfibers.cli.words import duration, plural, warn
+from stokesfibers.cli.words import duration, first_figure, plural, warn
 from stokesfibers.io.reader import read_array
 
 if TYPE_CHECKING:
@@ -53,7 +53,10 @@ def say_how_it_ended(result: Result, out: Path, spent: Spent, *, quiet: bool) ->
             click.echo("The run watched its own error and can be trusted.")
     _say_doubts(result)
     if not quiet:
-        click.echo(f"Next: stokesfibers show {out}, stokesfibers plot {out} panels")
+        problem = result.problem
+        cell = bool(problem.domain.lengths.any())
+        figure = first_figure(out, len(problem.fibers), cell=cell)
+        click.echo(f"Next: stokesfibers show {out}, {figure}")
     return DONE
 
 

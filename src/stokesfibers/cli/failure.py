@@ -67,7 +67,7 @@ def reported(work: Callable[[], int | None]) -> int:
         complain("Not enough memory for this case. Take fewer discretization.intervals.")
         return BAD_INPUT
     except KeyboardInterrupt:
-        complain("Interrupted. A run that had begun can be continued with 'stokesfibers resume'.")
+        complain("Interrupted. If a run had begun, 'stokesfibers resume' goes on with it.")
         return INTERRUPTED
     except Exception as error:
         _report(error)

@@ -21,7 +21,8 @@ from stokesfibers.cli.words import heading, lines
 def new(*, name: str | None, out: Path | None) -> None:
     """Write a copy of the shipped case NAME, to be edited and run; without NAME list them all.
 
-    A sweep, such as sweeps/buckling, comes with the case that it varies.
+    A sweep, such as sweeps/buckling, comes with the case that it varies; one of that name that is
+    there already, edited or not, is kept.
     """
     from stokesfibers.config.shipped import about, copied, shipped_cases
 
@@ -30,7 +31,10 @@ def new(*, name: str | None, out: Path | None) -> None:
         lines((case, about(path)) for case, path in shipped_cases().items())
         click.echo("\nNext: stokesfibers new NAME")
         return
-    written = copied(name, out)
-    click.echo("\n".join(map(str, written)))
+    made = copied(name, out)
+    click.echo("\n".join(map(str, made.written)))
+    if made.kept is not None:
+        click.echo(f"Kept {made.kept}, which differs from the shipped one.", err=True)
+        click.echo("The sweep varies yours.", err=True)
     command = "sweep" if name.startswith("sweeps/") else "run"
-    click.echo(f"Next: stokesfibers {command} {written[0]}", err=True)
+    click.echo(f"Next: stokesfibers {command} {made.written[0]}", err=True)

@@ -12,7 +12,7 @@ import click
 
 from stokesfibers.cli.failure import BAD_INPUT, DONE, complain, guarded
 from stokesfibers.cli.options import run_argument
-from stokesfibers.cli.words import duration, heading, lines, number, plural
+from stokesfibers.cli.words import duration, first_figure, heading, lines, number, plural
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,7 +22,7 @@ _EXTREMES = {
     "elastic_energy": "largest elastic energy",
     "largest_curvature": "largest curvature",
     "largest_tension": "largest tension",
-    "first_normal_stress_difference": "largest N_1",
+    "first_normal_stress_difference": "largest N_1, with its sign",
     "energy_error": "largest error of the power balance",
     "motion_error": "largest distance off the equation of motion",
     "force_error": "largest net elastic force, relative",
@@ -61,6 +61,9 @@ def _say(facts: dict[str, Any], run: Path) -> None:
     for text in (status["explanation"], status["hint"]):
         if text:
             click.echo(f"  {text.rstrip('.')}.")
+    if facts["damaged"]:
+        click.secho("damaged", fg="red", bold=True, nl=False)
+        click.echo(f": values changed or went after the run; {_count(facts)}, named below")
     _say_trust(status, watched=any(e["name"] == "energy_error" for e in facts["extremes"]))
     heading("Records")
     lines(_record_rows(facts))
@@ -74,8 +77,9 @@ def _say(facts: dict[str, Any], run: Path) -> None:
         heading(f"Averages from t = {number(first['after'])} on, with one standard error")
         lines(_average_row(a) for a in facts["averages"])
     heading("Made by")
-    lines(_origin_rows(facts["provenance"]))
-    click.echo(f"\n{_advice(status['code'], run)}")
+    lines(_origin_rows(facts["provenance"], facts["resumed"]))
+    if not facts["damaged"]:
+        click.echo(f"\n{_advice(facts, run)}")
 
 
 def _say_trust(status: dict[str, Any], *, watched: bool) -> None:
@@ -104,7 +108,7 @@ def _say_damage(damaged: list[dict[str, Any]], run: Path) -> None:
     """Print which values are lost, to standard error."""
     if not damaged:
         return
-    complain(f"{run}: {plural(len(damaged), 'damaged chunk')}. What is lost:")
+    complain(f"{run}: {_count({'damaged': damaged})}. What is lost:")
     for one in damaged:
         first, last = one["records"]
         lost = f"records {first} to {last - 1} of {one['array']}"
@@ -112,6 +116,10 @@ def _say_damage(damaged: list[dict[str, Any]], run: Path) -> None:
             lost += f", t = {number(one['times'][0])} to {number(one['times'][1])}"
         click.echo(f"  {one['chunk']} {one['fault']}: {lost}", err=True)
     click.echo("  All else can be read. Put the files back from a copy if there is one.", err=True)
+
+
+def _count(facts: dict[str, Any]) -> str:
+    return plural(len(facts["damaged"]), "damaged chunk")
 
 
 def _facts(run: Path) -> dict[str, Any]:
@@ -252,16 +260,22 @@ def _span(ends: list[float]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _origin_rows(provenance: dict[str, Any]) -> Iterator[tuple[str, ...]]:
+def _origin_rows(
+    provenance: dict[str, Any], resumed: list[dict[str, Any]]
+) -> Iterator[tuple[str, ...]]:
     versions = provenance["versions"]
     yield "version", f"stokesfibers {versions['stokesfibers']}, Python {versions['python']}"
     yield "when", provenance["time"]
     yield "command", provenance["command"]
+    for one in resumed:
+        yield f"from t = {number(one['from_time'])}", one["command"]
 
 
-def _advice(code: str, run: Path) -> str:
+def _advice(facts: dict[str, Any], run: Path) -> str:
+    code, case = facts["status"]["code"], facts["case"]
     if code == "done":
-        return f"Next: stokesfibers plot {run} panels"
+        fibers = sum(int(group.get("count", 1)) for group in case["fiber"])
+        return f"Next: {first_figure(run, fibers, cell=case['domain']['kind'] != 'free')}"
     if code == "running":
         return f"If no process is writing it, it was killed. Go on: stokesfibers resume {run}"
     if code == "interrupted":

@@ -49,7 +49,7 @@ _OF_SLICE = ("at", "points", "slices", "disturbance", "allow_python")
     "--slice",
     "plane",
     metavar="PLANE",
-    help="Show the fluid's velocity in a plane: xy, xz or yz. It is computed; see below.",
+    help="Show the fluid's velocity in a plane: xy, xz or yz. It is computed; see above.",
 )
 @click.option("--at", type=float, help="--slice: where the plane cuts the third axis.")
 @click.option("--points", type=int, help="--slice: points along the longer side; by default 32.")

@@ -6,6 +6,8 @@ from collections.abc import Iterable
 
 import click
 
+_DRAWN_FLAT = 4  # fibers that a plane view still tells apart
+
 
 def heading(text: str) -> None:
     """Print the heading of a block."""
@@ -21,6 +23,11 @@ def lines(rows: Iterable[tuple[str, ...]]) -> None:
     for row in rows:
         cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=False))
         click.echo(f"  {'  '.join(cells)}".rstrip())
+
+
+def first_figure(run: object, fibers: int, *, cell: bool) -> str:
+    """Return the command that draws what tells most of a run at the first look."""
+    return f"stokesfibers plot {run} {'3d' if cell or fibers > _DRAWN_FLAT else 'panels'}"
 
 
 def warn(text: str) -> None:

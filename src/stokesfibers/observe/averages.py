@@ -4,7 +4,8 @@ Values are averaged in blocks; if blocks are longer than the memory of the run t
 independent, and the error of the mean is their scatter over the root of their number. Without a
 given length blocks are doubled (Flyvbjerg & Petersen 1989) until the number b of values in one
 passes ``b^3 > 2 n (error_b / error_1)^4``, n values in all (Lee et al., Phys. Rev. E 83 (2011)
-066706): long enough to be independent, not so long that too few remain.
+066706): long enough to be independent, not so long that too few remain. A mean whose two halves
+differ by more than three times the error that this has, twice that of the mean, is not settled.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LEAST_BLOCKS = 4
+_HALVES = 6.0  # times the error: three of the standard errors of the difference of both halves
 
 
 @dataclass(frozen=True)
@@ -31,16 +33,16 @@ class Average:
     Attributes
     ----------
     mean
-        Over the values used: whole blocks, the last ones.
+        Over all values.
     error
-        One standard error of the mean.
+        One standard error of the mean, from whole blocks, the last ones.
     blocks
-        How many blocks it comes from.
+        How many blocks the error comes from.
     block
         Length of a block in time.
     settled
-        Whether blocks are long enough to be independent, as far as the values tell. If not, the
-        error is too small: run longer.
+        Whether blocks are long enough to be independent and both halves agree, as far as the
+        values tell. If not, the error is too small: run longer.
     """
 
     mean: float
@@ -76,7 +78,7 @@ def block_average(time: Array, values: Array, *, block: float | None = None) -> 
     if len(values) // size < _LEAST_BLOCKS:
         most = spacing * (len(values) // _LEAST_BLOCKS)
         raise InputError("block", f"a time up to {most:.6g}, four blocks", block)
-    return _in_blocks(values, size, spacing, settled=_long_enough(values, size))
+    return _in_blocks(values, size, spacing)
 
 
 def average_of(
@@ -101,7 +103,7 @@ def _doubled(values: Array, spacing: float) -> Average:
     size = 1
     while not _long_enough(values, size) and len(values) // (2 * size) >= _LEAST_BLOCKS:
         size *= 2
-    return _in_blocks(values, size, spacing, settled=_long_enough(values, size))
+    return _in_blocks(values, size, spacing)
 
 
 def _long_enough(values: Array, size: int) -> bool:
@@ -109,6 +111,11 @@ def _long_enough(values: Array, size: int) -> bool:
     if plain == 0.0:
         return True
     return size**3 > 2.0 * len(values) * (_error(values, size) / plain) ** 4
+
+
+def _halves_agree(values: Array, error: float) -> bool:
+    half = len(values) // 2
+    return abs(values[-half:].mean() - values[:half].mean()) <= _HALVES * error
 
 
 def _means(values: Array, size: int) -> Array:
@@ -121,8 +128,8 @@ def _error(values: Array, size: int) -> float:
     return float(means.std(ddof=1) / np.sqrt(len(means)))
 
 
-def _in_blocks(values: Array, size: int, spacing: float, *, settled: bool) -> Average:
-    means = _means(values, size)
-    return Average(
-        float(means.mean()), _error(values, size), len(means), size * spacing, bool(settled)
-    )
+def _in_blocks(values: Array, size: int, spacing: float) -> Average:
+    error = _error(values, size)
+    settled = _long_enough(values, size) and _halves_agree(values, error)
+    mean, blocks = float(values.mean()), len(values) // size
+    return Average(mean, error, blocks, size * spacing, bool(settled))

@@ -68,7 +68,7 @@ def with_error(mean: float, error: float, more: str = "") -> str:
         Words after the error.
     """
     if not (math.isfinite(mean) and math.isfinite(error) and error > 0.0):
-        return f"{mean:.4g} ± {error:.2g}{more}"
+        return f"{mean:.4g} ± {error:.2g}{more}".replace("-", "−")
     largest = max(abs(mean), error)
     power = math.floor(math.log10(largest))
     if -_SMALL <= power < _LARGE:
@@ -80,7 +80,7 @@ def with_error(mean: float, error: float, more: str = "") -> str:
     shown = f"{round(mean, place) + 0.0:.{digits}f} ± {round(error, place):.{digits}f}"
     if power:
         shown = f"({shown}) × 10{str(power).translate(_RAISED)}"
-    return shown + more
+    return shown.replace("-", "−") + more
 
 
 def averages(data: xr.DataTree, found: Sequence[Averaged]) -> NDArray[Any]:

@@ -14,12 +14,15 @@ from stokesfibers.core.arrays import Positions
 from stokesfibers.problem.doubt import Doubt, Plan
 from stokesfibers.problem.engine import PaperEngine, SpectralEngine
 from stokesfibers.problem.engine_checks import engine_doubts
+from stokesfibers.problem.groups import crowding
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.mobility import NonLocal
 from stokesfibers.slender.regularization import NoRegularization
 
 LARGEST_CREDIBLE_SLENDERNESS = 0.05
 """Slender body theory has an error of order eps^2 log(1/eps); here it reaches a percent."""
+LARGEST_CREDIBLE_CONTACTS = 1.0
+"""n L^2 d from which on a suspension of rods is called concentrated."""
 _BYTES_PER_PAIR = 400  # all arrays of the size node x node, the largest being 3 node x 3 node
 _ROUNDING = 1e-9
 
@@ -30,6 +33,7 @@ def doubts(problem: Problem, plan: Plan) -> tuple[Doubt, ...]:
         *bent_without_regularization(problem, plan),
         *engine_doubts(problem, plan),
         *thick_fibers(problem),
+        *crowded_cell(problem),
         *large_memory(problem),
         *rare_or_dense_records(problem, plan),
     )
@@ -46,6 +50,18 @@ def thick_fibers(problem: Problem) -> Iterator[Doubt]:
                 f"eps = {fiber.eps:g}, credible below {LARGEST_CREDIBLE_SLENDERNESS:g}",
                 "Expect errors of a percent and more from the theory itself.",
             )
+
+
+def crowded_cell(problem: Problem) -> Iterator[Doubt]:
+    """Doubt a suspension in which contacts govern: lubrication and friction are not modelled."""
+    crowd = crowding(problem)
+    if crowd is not None and crowd.contacts > LARGEST_CREDIBLE_CONTACTS:
+        yield Doubt(
+            "domain.periods",
+            "a cell so full that contacts govern, which are not modelled",
+            f"n L^2 d = {crowd.contacts:.3g}, below 1 rods can keep apart",
+            "Take a larger cell, fewer or thinner fibers.",
+        )
 
 
 def bent_without_regularization(problem: Problem, plan: Plan) -> Iterator[Doubt]:

@@ -16,6 +16,7 @@ import numpy as np
 from stokesfibers.core.errors import InputError
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.flow import AbstractFlow
+from stokesfibers.load import Gravity
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.mobility import slenderness_constant
 
@@ -69,6 +70,48 @@ def groups(problem: Problem, fiber: Fiber, until: float) -> Groups:
         compression=squeezed / BUCKLING_THRESHOLD,
         wavelength=2.0 * pi * sqrt(32.0 / squeezed) if squeezed > 0.0 else inf,
     )
+
+
+@dataclass(frozen=True)
+class Crowding:
+    """How full the cell of a suspension is.
+
+    Attributes
+    ----------
+    concentration
+        n L^3: the sum of L^3 of all fibers over the volume.
+    contacts
+        n L^2 d, d the diameter at mid-length: from about 1 on rods touch unless they are ordered.
+    volume_fraction
+        Volume of the fibers, spheroids of radius r(s), over that of the cell.
+    """
+
+    concentration: float
+    contacts: float
+    volume_fraction: float
+
+
+def crowding(problem: Problem) -> Crowding | None:
+    """Return how full the cell is; None where it has no volume."""
+    volume = problem.domain.volume
+    if volume == inf:
+        return None
+    lengths = np.array([fiber.length for fiber in problem.fibers])
+    eps = np.array([fiber.eps for fiber in problem.fibers])
+    cubes = lengths**3 / volume
+    return Crowding(
+        concentration=float(cubes.sum()),
+        contacts=float(np.sum(2.0 * eps * cubes)),
+        volume_fraction=float(np.sum(2.0 * pi / 3.0 * eps**2 * cubes)),
+    )
+
+
+def weight(problem: Problem, fiber: Fiber) -> float | None:
+    """Return the elasto-gravitational number g L^3 / E of `fiber`; None without a weight."""
+    if not isinstance(problem.load, Gravity):
+        return None
+    pull = float(np.linalg.norm(problem.load.force))
+    return pull * float(fiber.length) ** 3 / float(fiber.rigidity)
 
 
 def compressive_rate(flow: AbstractFlow, until: float) -> float:

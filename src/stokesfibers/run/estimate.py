@@ -21,7 +21,7 @@ from stokesfibers.stepping.engines import stepper_of
 
 _STEP_BYTES = 72  # the numerics of a step
 _TRIAL_SECONDS = 1.0
-_LONGEST_TRIAL_SECONDS = 8.0
+_LONGEST = 8.0  # seconds, where steps are still those of a start
 _START_STEPS = 50  # a run starts with low order and short steps; after so many they are typical
 _TRIES = 3
 
@@ -81,7 +81,6 @@ def estimate(problem: Problem, initial: Initial, *, until: float, record: Schedu
     with reproducible():
         stepper = stepper_of(problem)
         carry, _ = stepper.step(first_carry(stepper, initial))  # compiles what is not
-        step_seconds = _fastest(lambda: stepper.step(carry))
         points = OutputPoints(record.points)
 
         def look() -> tuple[Any, Any]:
@@ -90,7 +89,7 @@ def estimate(problem: Problem, initial: Initial, *, until: float, record: Schedu
 
         observed, placed = look()
         look_seconds = _fastest(look)
-        steps, end, settled = _steps(stepper, carry, until)
+        step_seconds, steps, end, settled = _steps(stepper, carry, until)
     most = None if stepper.dense else steps
     positions = _records(record.positions_every, end, most)
     observables = _records(record.observables_interval, end, most)
@@ -107,21 +106,23 @@ def estimate(problem: Problem, initial: Initial, *, until: float, record: Schedu
     )
 
 
-def _steps(stepper: AbstractStepper[C], carry: C, until: float) -> tuple[int, float, bool]:
-    """Return how many steps the run will take, where it will end, and if that can be told."""
+def _steps(stepper: AbstractStepper[C], carry: C, until: float) -> tuple[float, int, float, bool]:
+    """Return what a step takes, how many there will be, where they end, and if that can be told."""
     if not stepper.dense:
         dt = stepper.time(carry) / carry.step
         steps = ceil(until / dt - 1e-9)
-        return steps, steps * dt, True
-    started, size = perf_counter(), until
-    while not stepper.reached(carry, until):
-        trial = perf_counter() - started
-        if trial > _LONGEST_TRIAL_SECONDS or (trial > _TRIAL_SECONDS and carry.step > _START_STEPS):
-            break
+        return _fastest(lambda: stepper.step(carry)), steps, steps * dt, True
+    started, least, size = perf_counter(), float("inf"), until
+    while True:
+        begun = perf_counter()
         carry, report = stepper.step(carry)
+        trial, least = perf_counter() - started, min(least, perf_counter() - begun)
         size = report.step_size  # the first steps of a run are short
+        typical = carry.step > _START_STEPS
+        if stepper.reached(carry, until) or trial > (_TRIAL_SECONDS if typical else _LONGEST):
+            break
     left = max(0.0, until - stepper.time(carry))
-    return carry.step + ceil(left / size), until, left == 0.0 or carry.step > _START_STEPS
+    return least, carry.step + ceil(left / size), until, left == 0.0 or typical
 
 
 def _records(interval: float, end: float, most: int | None) -> int:
@@ -131,8 +132,8 @@ def _records(interval: float, end: float, most: int | None) -> int:
 
 def _fastest(work: Callable[[], Any]) -> float:
     """Return the shortest wall time of a few calls: the rest is the machine's other business."""
-    times = []
-    for _ in range(_TRIES):
+    times: list[float] = []
+    while len(times) < _TRIES and sum(times) < _TRIAL_SECONDS:
         start = perf_counter()
         work()
         times.append(perf_counter() - start)

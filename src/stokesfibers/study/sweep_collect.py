@@ -164,7 +164,8 @@ def _extreme(values: xr.DataArray, key: str) -> dict[str, xr.DataArray]:
     place = ranked.argmax("time")
     chosen = values.isel(time=place).drop_vars("time")
     time = values["time"].isel(time=place).drop_vars("time").where(np.isfinite(chosen))
-    when = f"time of the {key} {lookup('observables', name).meaning}"
+    meaning = lookup("observables", name).meaning.removeprefix(f"{key} ")
+    when = f"time of the {key} {meaning}"
     return {
         f"{name}_{key}": _said(chosen, f"{key} over time"),
         f"{name}_{key}_time": time.assign_attrs(units="time", long_name=when),
@@ -178,7 +179,7 @@ def _mean(values: xr.DataArray, block: float | None) -> dict[str, xr.DataArray]:
         mean, error, settled = average.mean, average.error, float(average.settled)
     except InputError:  # values that are not finite, or a run that a condition ended early
         mean = error = settled = np.nan
-    said = {"long_name": "whether the blocks are long enough: 1 yes, 0 no, the error is too small"}
+    said = {"long_name": "whether the mean has settled: 1 yes, 0 no, the error is too small"}
     plain = values.isel(time=0, drop=True)
     return {
         f"{name}_mean": _said(xr.full_like(plain, mean), "mean over time"),

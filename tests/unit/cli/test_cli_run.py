@@ -230,6 +230,41 @@ def test_check_prints_the_groups_and_runs_nothing(case, invoke):
     assert "stepping.dt: a step larger than in the paper's runs" in doubted
 
 
+def test_check_says_what_makes_a_suspension(case, invoke):
+    result = invoke(
+        "check",
+        case,
+        *("--set", "engine=spectral", "--set", "stepping={until = 0.01, rtol = 1e-2}"),
+        *("--set", "discretization={nodes = 10}", "--set", "fiber={slenderness = 0.01, count = 3}"),
+        *("--set", "domain={kind = 'sheared', periods = [2, 2, 2]}"),
+        *("--set", "initial={kind = 'suspension', seed = 1, amplitude = 2.56}"),
+    )
+    assert result.exit_code == 0, result.stderr
+    for row in (
+        r"3 fibers +length 1, slenderness 0.01",
+        r"domain +sheared, periods \(2, 2, 2\)",
+        r"initial +suspension, seed 1, orientation \(isotropic\)",
+        r"bent by 0.01 of the length",
+        r"n L\^3 +0.375 ",
+        r"n L\^2 d +0.0075 ",
+        r"phi +7.85398e-05 ",
+    ):
+        assert re.search(row, result.stdout), (row, result.stdout)
+
+
+def test_check_of_a_falling_fiber_speaks_of_its_weight(case, invoke):
+    falling = [
+        *("--set", "engine=spectral", "--set", "stepping={until = 0.001, rtol = 1e-2}"),
+        *("--set", "discretization={nodes = 10}", "--set", "flow={kind = 'none'}"),
+        *("--set", "load={kind = 'gravity', force = [0, 0, -5]}"),
+    ]
+    said = invoke("check", case, *falling).stdout
+    assert re.search(r"load +gravity, force \(0, 0, -5\)", said)
+    assert re.search(r"B +5 +weight", said)
+    assert "falls straight" in said
+    assert not re.search(r"^ +(mu_bar|buckling) ", said, re.MULTILINE)
+
+
 def test_cost_estimate_counts_what_a_run_stores(case, run, invoke):
     said = invoke("check", case).stdout
     data = open_run(run)

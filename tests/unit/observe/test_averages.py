@@ -62,16 +62,33 @@ def test_blocks_are_doubled_until_b_cubed_passes_twice_n_times_the_fourth_power(
     assert_close([found.block, found.error], [0.25 * size, error(size)], rtol=1e-12)
 
 
-def test_what_is_left_over_by_whole_blocks_is_the_start():
+def test_the_mean_is_that_of_all_values_and_the_error_that_of_whole_blocks_at_the_end():
     values = np.array([100.0, -50.0, *range(12)])
     found = block_average(2.0 * np.arange(14), values, block=6.0)
-    assert (found.mean, found.blocks) == (5.5, 4)
-    assert_close(found.block, 6.0, rtol=1e-14)
+    assert_close([found.mean, found.block], [116.0 / 14.0, 6.0], rtol=1e-14)
+    assert found.blocks == 4
+    assert_close(found.error, np.std([1.0, 4.0, 7.0, 10.0], ddof=1) / 2.0, rtol=1e-14)
+
+
+@pytest.mark.parametrize("count", [67, 127, 181, 256])
+def test_no_part_of_the_window_is_left_out_of_the_mean(count):
+    """A transient at the start, of a length that blocks do not divide."""
+    time = np.linspace(0.0, 9.0, count)
+    values = 300.0 - 500.0 * np.exp(-2.0 * time)
+    assert_close(block_average(time, values).mean, values.mean(), rtol=1e-13)
 
 
 def test_a_drift_is_not_taken_for_settled():
     time = np.linspace(0.0, 1.0, 257)
     assert not block_average(time, time).settled
+
+
+def test_halves_that_differ_are_not_taken_for_settled():
+    """Values jump once: blocks scatter little, but for those of the other half."""
+    values = np.random.default_rng(1).normal(size=1024)
+    time = np.arange(1024.0)
+    assert block_average(time, values).settled
+    assert not block_average(time, values + np.where(time < 512.0, 0.0, 0.5)).settled
 
 
 def test_a_constant_has_no_error():
