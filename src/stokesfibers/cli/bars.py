@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+import click
+
 if TYPE_CHECKING:
     from stokesfibers.experiments.base import Progress
 
@@ -32,8 +34,13 @@ def bar(what: str, *, quiet: bool) -> Iterator[Moved | None]:
 
 @contextmanager
 def share_bar(name: str = "") -> Iterator[Progress | None]:
-    """Give the function that shows what is being computed and the share done; None unseen."""
+    """Give the function that shows what is being computed and the share done; None unseen.
+
+    Where nobody watches, one line says what has begun.
+    """
     if not sys.stderr.isatty():
+        if name:
+            click.echo(f"computing {name}", err=True)
         yield None
         return
     from tqdm import tqdm

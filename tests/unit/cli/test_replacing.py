@@ -40,7 +40,7 @@ def test_figures_of_the_paper_are_replaced_and_said_to_be(tmp_path, invoke):
     words = ["reproduce", "fig14", "--quick", "--out", tmp_path / "out"]
     assert "replaced" not in invoke(*words).stderr
     said = invoke(*words).stderr
-    assert said.startswith("replaced: ")
+    assert said.startswith("computing fig14\nreplaced: ")
     assert str(tmp_path / "out" / "fig14.json") in said
 
 
