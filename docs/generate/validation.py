@@ -39,11 +39,12 @@ _SECTIONS = {
 
 
 def merged(paths: list[Path], kept: dict[str, Any]) -> dict[str, Any]:
-    """Return the kept reports with those of `paths` in place of older ones of their tier."""
-    found = dict(kept)
+    """Return the kept reports with the entries of `paths` in place of older ones of their tier."""
+    found, order = dict(kept), [entry.name for entry in ENTRIES]
     for path in paths:
         report = tables.read(path)
-        found[report["tier"]] = report
+        earlier = found.get(report["tier"])
+        found[report["tier"]] = tables.joined(report, earlier, order) if earlier else report
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 from dataclasses import replace
@@ -14,6 +15,7 @@ from stokesfibers.experiments import runs
 from stokesfibers.experiments.base import Settings
 from stokesfibers.experiments.sheared_cells import CellRun, uniform
 from stokesfibers.experiments.tiers import QUICK, BucklingRun
+from stokesfibers.io.store import RunStore
 
 SHORT = replace(QUICK, name="short", until=1.536)
 RUN = BucklingRun(SHORT, 2e5, 20)
@@ -64,6 +66,27 @@ def test_run_of_another_case_under_the_same_name_is_replaced(tmp_path):
     found = runs.finished([RUN], Settings(tmp_path))[0]
     fresh = runs.finished([RUN], Settings(tmp_path / "fresh"))[0]
     np.testing.assert_array_equal(found["trajectory"]["position"], fresh["trajectory"]["position"])
+
+
+def test_a_store_from_before_a_key_existed_is_used(monkeypatch, tmp_path):
+    """Its case lacks what has a default now."""
+    runs.finished([RUN], Settings(tmp_path))
+    tables = runs._tables
+
+    def longer(run):
+        found = tables(run)
+        assert found["initial"].pop("centre") == [0.0, 0.0, 0.0]
+        return found
+
+    store = tmp_path / "runs" / f"{RUN.name}.zarr"
+    monkeypatch.setattr(runs, "_tables", longer)
+    runs._compute(RUN, tmp_path / "runs")
+    monkeypatch.setattr(runs, "_tables", tables)
+    with RunStore.open(store) as held:
+        assert "centre" not in json.loads(held.attributes["case"])["initial"]
+    taken = _count_steps(monkeypatch)
+    runs.finished([RUN], Settings(tmp_path))
+    assert taken == []
 
 
 def test_failed_run_is_kept_but_not_finished(monkeypatch, tmp_path):

@@ -52,8 +52,8 @@ def validate(
 
     Every number is printed beside the one it is held against, with the error, what is allowed and
     a verdict. 'list' names the entries. With --out the tables are written, or replaced, as
-    markdown, CSV and JSON, and runs are kept there and used again. Exit code 0 only if nothing
-    differs or fails.
+    markdown, CSV and JSON, and runs are kept there and used again; --only replaces the entries it
+    names and keeps the others there. Exit code 0 only if nothing differs or fails.
     """
     from stokesfibers.study.validation.registry import ENTRIES
     from stokesfibers.study.validation.suite import chosen
@@ -68,7 +68,7 @@ def validate(
         except KeyboardInterrupt:
             complain("Interrupted. With --out, runs that are finished are not computed again.")
             return INTERRUPTED
-    _end(report, out, as_json=as_json)
+    _end(report, out, [entry.name for entry in ENTRIES] if only else [], as_json=as_json)
     if report.bad:
         complain(f"{', '.join(report.bad)}: numbers differ or failed. Please report it.")
     return OUR_FAULT if report.bad else DONE
@@ -106,15 +106,15 @@ def _say(result: Result) -> None:
     click.echo(f", {duration(result.seconds)}\n")
 
 
-def _end(report: Report, out: Path | None, *, as_json: bool) -> None:
-    """Print the counts or all of it, and write the files."""
+def _end(report: Report, out: Path | None, kept: list[str], *, as_json: bool) -> None:
+    """Print the counts or all of it, and write the files; `kept` are entries that may stay."""
     from stokesfibers.study.validation.tables import as_dict, summary, write
 
     held = as_dict(report)
     click.echo(json.dumps(held, indent=1, allow_nan=False) if as_json else summary(held))
     if out is not None:
         before = files_in(out)
-        paths = write(report, out)
+        paths = write(report, out, kept)
         say_replaced(path for path in paths if path in before)
         if not as_json:
             click.echo(f"files: {', '.join(map(str, paths))}")

@@ -14,11 +14,12 @@ import xarray as xr
 
 from stokesfibers.core.arrays import Array
 from stokesfibers.core.errors import StokesFibersError
-from stokesfibers.core.tables import Table, to_table
+from stokesfibers.core.tables import Table, choose, to_table
 from stokesfibers.core.version import __version__
 from stokesfibers.experiments.base import Progress, Settings
 from stokesfibers.experiments.tiers import BucklingRun
 from stokesfibers.fiber.initial import AbstractInitial
+from stokesfibers.fiber.initials import INITIALS
 from stokesfibers.io.reader import open_run
 from stokesfibers.io.store import RunStore
 from stokesfibers.observe.observables import fiber_stress_direct
@@ -175,6 +176,8 @@ def _is_same(run: Run, folder: Path) -> bool:
     wanted["record"] = to_table(run.schedule)
     if run.schedule.points is None:  # the engine's own choice, which the run has filled in
         case["record"].pop("points", None)
+    if case["initial"].get("kind") in INITIALS:  # keys that came later have their defaults
+        case["initial"] = to_table(choose(INITIALS, case["initial"], "initial"))
     return version == __version__ and case == json.loads(json.dumps(wanted))
 
 

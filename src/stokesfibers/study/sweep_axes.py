@@ -10,9 +10,11 @@ from collections.abc import Iterator, Mapping, Set
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
+from stokesfibers.config.keys import KEYS, refuse_misplaced
+from stokesfibers.config.settings import steps_of
 from stokesfibers.core.errors import InputError
-from stokesfibers.core.tables import Table, as_table
-from stokesfibers.study.sweep_values import leaves, seeds_of, short_names, values_of
+from stokesfibers.core.tables import Table, as_table, did_you_mean
+from stokesfibers.study.sweep_values import RANGES, leaves, seeds_of, short_names, values_of
 
 SEED = "initial.seed"
 FACTS = {"status", "reason", "doubt", "run", "time_reached", "wall_time"}
@@ -83,8 +85,36 @@ def axes_of(tables: Mapping[str, Any], variables: Set[str] = frozenset()) -> tup
     return _named(drafts, short_names(paths), {*_TAKEN, *variables})
 
 
+def check_path(where: str, path: str) -> None:
+    """Refuse the path of a change that leads to no key; InputError at `where`."""
+    if not steps_of(path):
+        expected = "the path of a key, such as fluid.mu_bar"
+        raise InputError(where, expected, repr(path))
+    try:
+        refuse_misplaced(path, path)
+    except InputError as error:
+        raise InputError(where, "a key of the case", repr(path), error.hint) from None
+
+
+def _check_swept(where: str, path: str) -> None:
+    check_path(where, path)
+    _refuse_range(where, path)
+
+
+def _refuse_range(where: str, path: str) -> None:
+    """Refuse a table where a key holds a value: a range that has another name, or two ranges."""
+    key, _, name = path.rpartition(".")
+    holds_keys = any(known.startswith(f"{key}.") for known in KEYS)
+    if key in KEYS and not holds_keys and not name.isdecimal():
+        expected = f"one range, {', '.join(RANGES)}, or a list of values"
+        place = where.removesuffix(f".{name}")
+        hint = "" if name in RANGES else did_you_mean(name, RANGES)
+        raise InputError(place, expected, f"'{name}'", hint)
+
+
 def _grid(value: object) -> Iterator[Axis]:
     for path, given in leaves(as_table(value, "grid")):
+        _check_swept(f"grid.{path}", path)
         yield Axis("", tuple({path: v} for v in values_of(f"grid.{path}", given)))
 
 
@@ -93,7 +123,10 @@ def _zips(value: object) -> Iterator[Axis]:
         where = f"zip[{k}]"
         table = as_table(given, where)
         name = _text(f"{where}.name", table.pop("name", ""))
-        columns = {path: _column(f"{where}.{path}", v) for path, v in leaves(table)}
+        found = dict(leaves(table))
+        for path in found:
+            _check_swept(f"{where}.{path}", path)
+        columns = {path: _column(f"{where}.{path}", v) for path, v in found.items()}
         if len({len(column) for column in columns.values()}) != 1:
             lengths = ", ".join(f"{path}: {len(v)}" for path, v in columns.items())
             raise InputError(where, "lists of one length", lengths or "nothing")
@@ -115,7 +148,10 @@ def _cases(value: object) -> Axis:
     for k, given in enumerate(value):
         table = as_table(given, f"cases[{k}]")
         labels.append(_text(f"cases[{k}].name", table.pop("name", str(k))))
-        points.append({path: values_of(path, [v])[0] for path, v in leaves(table)})
+        found = dict(leaves(table))
+        for path in found:
+            check_path(f"cases[{k}].{path}", path)
+        points.append({path: values_of(path, [v])[0] for path, v in found.items()})
     for label in labels:
         if labels.count(label) > 1:
             raise InputError("cases", "different names", f"{label!r} twice")

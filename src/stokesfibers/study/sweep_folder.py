@@ -101,6 +101,8 @@ class SweepFolder:
             if table["format"] == FORMAT and table["format_version"] == FORMAT_VERSION:
                 return Plan.from_table(table)
             got = f"version {table['format_version']} of {table['format']}"
+        except FileNotFoundError:
+            got = f"a folder without {PLAN}" if self.path.is_dir() else "nothing there"
         except OSError as error:
             got = f"'{error.strerror}'"
         except (ValueError, KeyError, TypeError, AttributeError, InputError) as error:

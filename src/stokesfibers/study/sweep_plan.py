@@ -12,11 +12,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Self
 
-from stokesfibers.config.case import Case, apply_setting, case_from_tables, read_tables
+from stokesfibers.config.case import Case, case_from_tables, near_name, read_tables
+from stokesfibers.config.settings import apply_setting
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import Table, as_table, refuse_unknown
 from stokesfibers.fiber.initial import FromFile
-from stokesfibers.study.sweep_axes import Axis, axes_of
+from stokesfibers.study.sweep_axes import Axis, axes_of, check_path
 from stokesfibers.study.sweep_collect import Collect
 from stokesfibers.study.sweep_values import leaves, plain, short_names, toml_text, word
 
@@ -121,9 +122,10 @@ def read_plan(source: Source, settings: Iterable[str] = (), *, allow_python: boo
     if isinstance(source, Mapping):
         tables, said, place = dict(source), "a sweep from Python", Path()
     else:
-        tables, said, place = read_tables(Path(source)), str(source), Path(source).parent
+        tables, said = read_tables(Path(source), "a sweep file"), str(source)
+        place = Path(source).parent
     refuse_unknown(tables, _KEYS, "")
-    base, folder = _base(tables, place)
+    base, folder = _base(tables, place, said)
     collect = Collect.from_table(as_table(tables.get("collect", {}), "collect"))
     axes = axes_of(tables, collect.variables)
     swept = {path for axis in axes for path in axis.paths}
@@ -149,7 +151,7 @@ def load_case(case: SweepCase, folder: Path, *, allow_python: bool) -> Case:
     return case_from_tables(deepcopy(case.tables), folder=folder, allow_python=allow_python)
 
 
-def _base(tables: Table, place: Path) -> tuple[Table, Path]:
+def _base(tables: Table, place: Path, said: str) -> tuple[Table, Path]:
     """Return the tables of the base case and the folder where its paths start."""
     if ("base" in tables) == ("case" in tables):
         came = "both" if "base" in tables else "neither"
@@ -159,21 +161,24 @@ def _base(tables: Table, place: Path) -> tuple[Table, Path]:
     if not isinstance(tables["base"], str | PathLike):
         raise InputError("base", "the name of a case file", tables["base"])
     file = place / tables["base"]
+    if not file.exists():
+        got = f"'{tables['base']}' in {said}, which is not there"
+        raise InputError("base", "a case file, seen from the sweep file", got, near_name(file))
     return read_tables(file), file.parent.resolve()
 
 
 def _apply(base: Table, path: str, value: Any, *, where: str, swept: set[str]) -> None:
     _refuse_swept(path, where, swept)
+    check_path(f"{where}.{path}", path)
     apply_value(base, path, value, where=where)
 
 
 def apply_value(tables: Table, path: str, value: Any, *, where: str) -> None:
-    """Set the value at a path as ``--set`` does; InputError at `where` if there is no such."""
+    """Set the value at a path as ``--set`` does; InputError at `where` if it cannot be set."""
     try:
         apply_setting(tables, f"{path}={toml_text(plain(value))}")
     except InputError as error:
-        place = where if error.where == "--set" else f"{where}.{path}"
-        raise InputError(place, error.expected, error.got, error.hint) from None
+        raise InputError(f"{where}.{path}", error.expected, error.got, error.hint) from None
 
 
 def _refuse_swept(path: str, where: str, swept: set[str]) -> None:

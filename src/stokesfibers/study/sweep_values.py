@@ -18,6 +18,7 @@ RANGES = {"linspace": np.linspace, "geomspace": np.geomspace, "logspace": np.log
 """Ranges by their names in NumPy: first and last value, ends included, and how many; the ends of
 ``logspace`` are exponents of ten."""
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
+_LAST = re.compile(r"[^.]+(?:\.\d+)*$")
 _LONGEST_WORD = 24
 
 
@@ -95,12 +96,20 @@ def word(value: Any) -> str:
 
 
 def short_names(paths: list[str]) -> dict[str, str]:
-    """Return for each path its last key, or more of it where that would not be unique."""
-    names = {path: _joined(path.split(".")[-1]) for path in paths}
+    """Return for each path its last key, or more of it where that would not be unique.
+
+    The place of an entry, as in ``load.force.1``, stays with its key.
+    """
+    names = {path: _joined(_last(path)) for path in paths}
     return {
         path: name if list(names.values()).count(name) == 1 else _joined(path)
         for path, name in names.items()
     }
+
+
+def _last(path: str) -> str:
+    found = _LAST.search(path)
+    return found[0] if found else path
 
 
 def _joined(path: str) -> str:

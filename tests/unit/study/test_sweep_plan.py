@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from stokesfibers.core.errors import InputError
+from stokesfibers.study.sweep_dataset import dataset
+from stokesfibers.study.sweep_folder import SweepFolder
 from stokesfibers.study.sweep_plan import Plan, read_plan
 
 CASE = {
@@ -24,6 +26,8 @@ SWEEP = {
     "grid": {"fluid.mu_bar": [1e3, 1e4]},
     "collect": {"final": ["elastic_energy"]},
 }
+GEOMSPACE = "got 'geomspaces'. Did you mean 'geomspace'?"
+TWO_RANGES = {"linspace": [1.0, 2.0, 2], "geomspace": [1.0, 2.0, 2]}
 FREE_SUSPENSION = {"kind": "suspension", "seed": 1, "box": [3.0, 3.0, 3.0], "least_gap": 0.1}
 
 
@@ -153,12 +157,19 @@ def test_paths_in_a_file_start_from_it(tmp_path):
         ({"gird": {}}, "gird", "Did you mean 'grid'?"),
         ({"base": "a.toml"}, "base", "got both"),
         ({"case": None}, "base", "got neither"),
-        ({"case": None, "base": "no-such.toml"}, "no-such.toml", "no such file"),
+        ({"case": None, "base": "no-such.toml"}, "base", "'no-such.toml' in a sweep from Python"),
         ({"grid": None}, "sweep", "something to sweep"),
         ({"grid": {"fluid.mu_bar": [1e3, -1.0]}}, "fluid.mu_bar", "-1.0, in the case mu_bar=-1"),
         ({"grid": {"fluid.mubar": [1e3]}}, "fluid.mubar", "Did you mean 'mu_bar'?"),
-        ({"grid": {"fibre.length": [1.0]}}, "sweep", "Did you mean 'fiber.length'"),
-        ({"grid": {"a b.c": [1.0]}}, "sweep", "table.key=value"),
+        ({"grid": {"fibre.length": [1.0]}}, "grid.fibre.length", "Did you mean 'fiber.length'"),
+        ({"grid": {"a b.c": [1.0]}}, "grid.a b.c", "the path of a key, such as fluid.mu_bar"),
+        ({"set": {"fibre.length": 1.0}}, "set.fibre.length", "Did you mean 'fiber.length'"),
+        ({"cases": [{"fibre.length": 1.0}]}, "cases[0].fibre.length", "a key of the case"),
+        ({"zip": [{"fibre.length": [1.0]}]}, "zip[0].fibre.length", "a key of the case"),
+        ({"grid": {"fluid.mu_bar": {"geomspaces": [1, 2, 2]}}}, "grid.fluid.mu_bar", GEOMSPACE),
+        ({"zip": [{"flow.rate.geomspaces": [1, 2, 2]}]}, "zip[0].flow.rate", GEOMSPACE),
+        ({"grid": {"fluid.mu_bar": TWO_RANGES}}, "grid.fluid.mu_bar", "expected one range"),
+        ({"grid": {"load.force.1": [-1.0]}}, "sweep.load.force.1", "Give the whole list first"),
         ({"set": {"fluid.mu_bar": 1.0}}, "set", "a key that is not swept"),
         ({"set": {"stepping.rtol": -1.0}}, "stepping.rtol", "-1.0"),
         ({"zip": [{"flow.rate": [1.0], "fiber.length": [1.0, 2.0]}]}, "zip[0]", "one length"),
@@ -192,6 +203,48 @@ def test_mistakes_are_told_with_their_place(changes, where, told):
         _plan(**changes)
     assert caught.value.where == where
     assert told in str(caught.value)
+
+
+def test_a_base_that_is_not_there_is_told_with_its_sweep_and_the_file_that_was_meant(tmp_path):
+    (tmp_path / "buckling.toml").write_text("")
+    file = tmp_path / "sweep.toml"
+    file.write_text('base = "bukling.toml"\ngrid.fluid.mu_bar = [1e3]\n')
+    with pytest.raises(InputError) as caught:
+        read_plan(file)
+    assert str(caught.value) == (
+        f"base: expected a case file, seen from the sweep file, got 'bukling.toml' in {file}, "
+        "which is not there. Did you mean 'buckling.toml'?"
+    )
+    with pytest.raises(InputError, match=r"expected a sweep file, got nothing: no such file"):
+        read_plan(tmp_path / "none.toml")
+
+
+def test_an_entry_of_a_vector_is_a_numeric_axis(tmp_path):
+    case = deepcopy(CASE) | {"load": {"kind": "gravity", "force": [0.0, -1.0, 0.5]}}
+    plan = _plan(case=case, grid={"load.force.1": [-10.0, -100.0]})
+    assert plan.axes[0].name == "force_1"
+    assert [case.tables["load"]["force"] for case in plan.cases] == [
+        [0.0, -10.0, 0.5],
+        [0.0, -100.0, 0.5],
+    ]
+    assert plan.cases[0].name.startswith("force_1=-10-")
+    force = dataset(SweepFolder(tmp_path), plan)["force_1"]
+    assert force.to_numpy().tolist() == [-10.0, -100.0]
+    assert force.attrs == {
+        "path": "load.force.1",
+        "units": "force length^-1",
+        "long_name": "load per length, along y",
+    }
+    nested = _plan(case=case, grid={"load": {"force": {"1": [-10.0, -100.0]}}})
+    assert [case.key for case in nested.cases] == [case.key for case in plan.cases]
+
+
+def test_a_swept_kind_drops_the_keys_of_the_old():
+    plan = _plan(grid={"initial.kind": ["straight", "nearly_straight"]})
+    assert [case.tables["initial"] for case in plan.cases] == [
+        {"kind": "straight", "angle": 2.0},
+        {"kind": "nearly_straight", "angle": 2.0, "amplitude": 0.1},
+    ]
 
 
 def test_settings_may_not_change_what_is_swept():

@@ -104,3 +104,8 @@ def test_short_names_are_as_short_as_can_be_told_apart():
         "fiber[0].length": "fiber_0_length",
         "fiber[1].length": "fiber_1_length",
     }
+
+
+def test_the_place_of_an_entry_stays_with_its_key():
+    found = short_names(["load.force.1", "load.force[0]", "fiber.1.length", "fluid.mu_bar"])
+    assert list(found.values()) == ["force_1", "force_0", "length", "mu_bar"]

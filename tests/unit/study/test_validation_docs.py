@@ -105,6 +105,11 @@ def test_a_new_report_takes_the_place_of_its_tier(tool, kept, tmp_path):
     found = tool.merged([path], kept)
     assert found["quick"]["version"] == "new"
     assert found["full"] == kept["full"]
+    one = kept["full"]["entries"][3]
+    path.write_text(json.dumps(kept["full"] | {"entries": [one | {"outcome": "differs"}]}))
+    found = tool.merged([path], kept)["full"]["entries"]
+    assert [e["name"] for e in found] == [e["name"] for e in kept["full"]["entries"]]
+    assert [e["outcome"] for e in found if e["name"] == one["name"]] == ["differs"]
     path.write_text("{}")
     with pytest.raises(InputError):
         tool.merged([path], kept)

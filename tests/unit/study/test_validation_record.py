@@ -154,6 +154,21 @@ def test_tables_hold_every_number_and_can_be_read_again(tmp_path):
     assert "explained ([errata](../errata.md): x)" in linked
 
 
+def test_entries_that_were_not_run_again_stay_in_the_folder(tmp_path):
+    out, order = tmp_path / "out", ["one", "two", "three"]
+    both = validate([entry("two", GOOD), entry("one", GOOD, GOOD)], Settings(tmp_path))
+    tables.write(both, out, order)
+    again = validate([entry("three", WRONG_IN_PRINT), entry("one", GOOD)], Settings(tmp_path))
+    held = tables.read(tables.write(again, out, order)[-1])
+    assert [one["name"] for one in held["entries"]] == order
+    assert [len(one["findings"]) for one in held["entries"]] == [1, 1, 1]
+    assert held["counts"] == both.counts() | {"agrees": 2, "explained": 1}
+    quick = validate([entry("one", GOOD)], Settings(tmp_path, quick=True))
+    assert len(tables.read(tables.write(quick, out, order)[-1])["entries"]) == 1, "another suite"
+    alone = tables.read(tables.write(again, out)[-1])
+    assert [one["name"] for one in alone["entries"]] == ["three", "one"], "all of it replaced"
+
+
 def test_foreign_files_are_refused(tmp_path):
     for name, text in (("a.json", "{"), ("b.json", json.dumps({"format": 0}))):
         (tmp_path / name).write_text(text)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -159,9 +160,30 @@ def _linked(verdict: str, pages: str | None) -> str:
     return verdict
 
 
-def write(report: Report, folder: Path) -> list[Path]:
-    """Write the three files to `folder`, made if missing; return their paths."""
-    held = as_dict(report)
+def joined(held: dict[str, Any], earlier: dict[str, Any], order: Sequence[str]) -> dict[str, Any]:
+    """Return a report with the entries that only an earlier one of its kind has, in `order`.
+
+    Of another tier or version nothing is taken.
+    """
+    if any(held[key] != earlier[key] for key in ("tier", "version")):
+        return held
+    entries = {entry["name"]: entry for entry in (*earlier["entries"], *held["entries"])}
+    kept = [entries[name] for name in order if name in entries]
+    verdicts = Counter(one["verdict"] for entry in kept for one in entry["findings"])
+    outcomes = Counter(entry["outcome"] for entry in kept)
+    counts = {name: verdicts[name] for name in ("agrees", "explained", "differs")}
+    counts |= {name: outcomes[name] for name in ("failed", "not run")}
+    return {**held, "counts": counts, "entries": kept}
+
+
+def write(report: Report, folder: Path, order: Sequence[str] = ()) -> list[Path]:
+    """Write the three files to `folder`, made if missing; return their paths.
+
+    Entries of the earlier report there, named in `order`, are kept if `report` has not got them.
+    """
+    held, there = as_dict(report), folder / _FILES[-1]
+    if order and there.exists():
+        held = joined(held, read(there), order)
     folder.mkdir(parents=True, exist_ok=True)
     texts = (
         f"# Validation of stokesfibers\n\n{as_markdown(held)}",
