@@ -160,8 +160,8 @@ def status(*, folder: Path, as_json: bool) -> None:
     from stokesfibers.study.sweep_folder import SweepFolder
     from stokesfibers.study.sweep_tally import tally
 
+    plan = SweepFolder(folder).plan()  # errors name the folder as it was typed
     held = SweepFolder(folder.resolve())
-    plan = held.plan()
     found = tally(held, plan)
     if as_json:
         click.echo(json.dumps(facts(found, held), indent=2, allow_nan=False))

@@ -9,10 +9,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from stokesfibers.config.keys import refuse_misplaced
+from stokesfibers.config.settings import apply_setting
 from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError
-from stokesfibers.core.tables import Table, as_table, build, choose, refuse_unknown, to_table
+from stokesfibers.core.tables import (
+    Table,
+    as_table,
+    build,
+    choose,
+    did_you_mean,
+    refuse_unknown,
+    to_table,
+)
 from stokesfibers.fiber.curves import Curve
 from stokesfibers.fiber.initial import AbstractInitial, FromFile, NearlyStraight
 from stokesfibers.fiber.initials import INITIALS
@@ -24,7 +32,8 @@ from stokesfibers.run.events import StopWhen
 from stokesfibers.run.schedule import Schedule
 from stokesfibers.run.simulate import nodal_positions
 
-_PART = re.compile(r"(?P<key>[A-Za-z0-9_-]+)(?P<places>(\[\d+\])*)")
+_LINE = re.compile(r"at line (\d+)")
+_COMMA = re.compile(r"=\s*[-+]?(\d+),(\d+)\s*(#.*)?$")
 
 
 @dataclass(frozen=True)
@@ -111,87 +120,48 @@ def load_case(
     return case_from_tables(tables, folder=file.parent, allow_python=allow_python)
 
 
-def read_tables(file: Path) -> Table:
-    """Return the tables of a TOML file; InputError if it cannot be read."""
-    if file.exists() and not file.is_file() and not file.is_dir():  # a device has no end
+def read_tables(file: Path, what: str = "a case file") -> Table:
+    """Return the tables of a TOML file; InputError if it cannot be read.
+
+    Parameters
+    ----------
+    file
+        The file.
+    what
+        What it should be, for errors.
+    """
+    if file.is_dir():
+        inside = min(file.glob("*.toml"), default=None)
+        hint = f"There is {inside} in it." if inside else ""
+        raise InputError(str(file), what, "a folder", hint)
+    if file.exists() and not file.is_file():  # a device has no end
         raise InputError(str(file), "a readable TOML file", "something that is no file")
     try:
         text = file.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise InputError(str(file), "a case file", "nothing: no such file") from None
+        raise InputError(str(file), what, "nothing: no such file", near_name(file)) from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(str(file), "a readable TOML file", str(error)) from None
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(str(file), "valid TOML", str(error)) from None
+        hint = _decimal_comma(text, str(error))
+        raise InputError(str(file), "valid TOML", str(error), hint) from None
 
 
-def apply_setting(tables: Table, setting: str) -> None:
-    """Change `tables` by ``"table.key=value"``; a value that is not TOML is taken as text.
-
-    Paths are those of error messages: ``fiber.length``, or ``fiber[0].length`` in a list.
-
-    Raises
-    ------
-    InputError
-        If the text has another form, its key belongs to another table, or its path leads through
-        something that is no table.
-    """
-    path, separator, text = setting.partition("=")
-    steps = _steps(path) if separator else []
-    if not steps or not isinstance(steps[-1], str):
-        raise InputError("--set", "table.key=value", repr(setting))
-    refuse_misplaced(path.strip(), setting)
-    try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        value = text.strip()
-    table = _table_at(tables, steps[:-1], setting)
-    key = steps[-1]
-    # The two ways to say the same thing exclude each other: the new one replaces the old.
-    for one, other in (("mu_bar", "viscosity"), ("slenderness", "radius")):
-        if key in (one, other):
-            table.pop(other if key == one else one, None)
-    table[key] = value
+def near_name(file: Path) -> str:
+    """Return the hint at the TOML file that was meant by `file`; empty if none is near."""
+    return did_you_mean(file.name, sorted(near.name for near in file.parent.glob("*.toml")))
 
 
-def _steps(path: str) -> list[str | int]:
-    """Return the keys and list places of ``a.b[0].c``; empty if it is none."""
-    steps: list[str | int] = []
-    for part in path.split("."):
-        match = _PART.fullmatch(part.strip())
-        if match is None:
-            return []
-        steps.append(match["key"])
-        steps.extend(int(place) for place in re.findall(r"\[(\d+)\]", match["places"]))
-    return steps
-
-
-def _table_at(tables: Table, steps: list[str | int], setting: str) -> Table:
-    """Return the table that `steps` lead to, made if it is not there."""
-    found: Any = tables
-    for depth, step in enumerate(steps):
-        if isinstance(found, list) and isinstance(step, str) and len(found) == 1:
-            found = found[0]
-        if isinstance(found, list) and isinstance(step, int) and step < len(found):
-            found = found[step]
-        elif isinstance(found, dict) and isinstance(step, str):
-            found = found.setdefault(step, {})
-        else:
-            where = steps[:depth] or [step]
-            raise InputError("--set", f"'{_path(where)}' to hold tables", repr(setting))
-    if isinstance(found, list) and len(found) == 1:
-        found = found[0]
-    if not isinstance(found, dict):
-        hint = f"Say which one: {_path([*steps, 0])}." if isinstance(found, list) else ""
-        raise InputError("--set", f"'{_path(steps)}' to be a table", repr(setting), hint)
-    return found
-
-
-def _path(steps: list[str | int]) -> str:
-    parts = [f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps]
-    return "".join(parts).removeprefix(".")
+def _decimal_comma(text: str, told: str) -> str:
+    """Return the hint at a comma for a point in the line that an error of TOML tells of."""
+    place = _LINE.search(told)
+    lines = text.splitlines()
+    if place is None or int(place[1]) > len(lines):
+        return ""
+    found = _COMMA.search(lines[int(place[1]) - 1])
+    return f"Decimals have a point: {found[1]}.{found[2]}." if found else ""
 
 
 def case_from_tables(

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import difflib
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stokesfibers.core.errors import InputError
 
-_PLACE = re.compile(r"\[\d+\]")
+_PLACE = re.compile(r"\[\d+\]|\.\d+(?=\.|$)")
+_ENTRY = re.compile(r"(?:\[|\.)(\d+)\]?$")
 _MOST_NAMED = 3
 
 
@@ -128,8 +129,16 @@ TABLES = frozenset(path.partition(".")[0] for path in KEYS)
 
 
 def key_at(path: str) -> CaseKey | None:
-    """Return the key at a path, which may count entries of lists, as in ``fiber[1].length``."""
-    return KEYS.get(_PLACE.sub("", path))
+    """Return the key at a path, which may count entries of lists, as in ``fiber[1].length``.
+
+    An entry of a vector, ``load.force.1`` or ``load.force[1]``, says which in its meaning.
+    """
+    key, entry = KEYS.get(_PLACE.sub("", path)), _ENTRY.search(path)
+    if key is None or entry is None:
+        return key
+    place = int(entry[1])
+    which = f"along {'xyz'[place]}" if place < 3 else f"entry {place}"
+    return replace(key, path=path, symbol="", meaning=f"{key.meaning}, {which}")
 
 
 def refuse_misplaced(path: str, given: str) -> None:

@@ -10,6 +10,7 @@ import inspect
 import re
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields
+from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -78,6 +79,30 @@ def case_schema() -> Schema:
         ),
         "description": f"Without [initial] the shape is '{NearlyStraight.kind}'.",
     }
+
+
+@cache
+def keys_of_kind(path: str, kind: str) -> Mapping[str, Schema] | None:
+    """Return the schemas of the keys of the table at `path` if it is of `kind`; None if none is."""
+    whole = case_schema()
+    found: Schema = whole
+    for key in path.split("."):
+        inside = (one["properties"].get(key) for one in _choices(found, whole))
+        found = next(filter(None, inside), {})
+    for one in _choices(found, whole):
+        if one["properties"].get("kind", {}).get("const") == kind:
+            return one["properties"]
+    return None
+
+
+def _choices(schema: Schema, whole: Schema) -> list[Schema]:
+    """Return the tables that a value may be, or the entries of a list."""
+    if "$ref" in schema:
+        return _choices(whole["$defs"][schema["$ref"].rpartition("/")[2]], whole)
+    if isinstance(schema.get("items"), dict):
+        return _choices(schema["items"], whole)
+    own = [schema] if "properties" in schema else []
+    return own + [table for one in schema.get("oneOf", []) for table in _choices(one, whole)]
 
 
 def _engine_keys(place: str) -> dict[str, Schema]:

@@ -118,14 +118,7 @@ class Problem:
                 repr(self.image_sum.kind),
                 "The sum over images then converges slowly, or only for its cubic cut-off.",
             )
-        longest = max(kind.length for kind in kinds)
-        periods = [p for p in self.domain.lengths if p > 0.0]
-        if periods and min(periods) < longest:
-            raise InputError(
-                "domain.periods",
-                f"periods of at least the longest fiber, {longest:g}",
-                list(self.domain.lengths),
-            )
+        _check_periods(self.domain, max(kind.length for kind in kinds))
         object.__setattr__(self, "fiber", kinds)
         chosen = self.mobility.resolved(self.engine.regularization())
         object.__setattr__(self, "mobility", chosen)
@@ -158,6 +151,18 @@ class Problem:
         first = self.fibers[0]
         assert self.mu_bar is not None
         return self.mu_bar * first.rigidity / first.length**4
+
+
+def _check_periods(domain: AbstractDomain, longest: float) -> None:
+    """Refuse a period shorter than a fiber, which would meet its own image."""
+    short = [
+        f"{period:g} along {axis}"
+        for period, axis in zip(domain.lengths, "xyz", strict=True)
+        if 0.0 < period < longest
+    ]
+    if short:
+        expected = f"periods of at least the longest fiber, {longest:g}"
+        raise InputError("domain.periods", expected, " and ".join(short))
 
 
 def _check_sheared(problem: Problem) -> None:

@@ -7,9 +7,18 @@ from pathlib import Path
 from typing import Any
 
 from stokesfibers.core.errors import InputError
-from stokesfibers.core.tables import Table, as_table, build, choose, refuse_unknown, to_table
+from stokesfibers.core.tables import (
+    Table,
+    as_table,
+    build,
+    choose,
+    did_you_mean,
+    refuse_unknown,
+    to_table,
+)
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.problem.engine import ENGINES, PaperEngine, SpectralEngine
+from stokesfibers.problem.engine_keys import refuse_keys_of_another
 from stokesfibers.problem.flow_tables import flow_from_table, flow_to_table
 from stokesfibers.problem.interaction_tables import (
     SOLVER_KEYS,
@@ -138,13 +147,15 @@ def _mobility(table: Table) -> AbstractMobility:
 def _engine_type(tables: Mapping[str, Any]) -> type[PaperEngine] | type[SpectralEngine]:
     kind = tables.get("engine", SpectralEngine.kind)
     if not isinstance(kind, str) or kind not in ENGINES:
-        raise InputError("engine", f"one of {', '.join(ENGINES)}", repr(kind))
+        hint = did_you_mean(str(kind), ENGINES)
+        raise InputError("engine", f"one of {', '.join(ENGINES)}", repr(kind), hint)
     return ENGINES[kind]
 
 
 def _engine(tables: Mapping[str, Any]) -> PaperEngine | SpectralEngine:
     chosen = _engine_type(tables)
     arguments: Table = {}
+    refuse_keys_of_another(tables, chosen)
     for place, others in _OTHER_KEYS.items():
         table = as_table(tables.get(place, {}), place)
         own = [name for name, where in chosen.places.items() if where == place]

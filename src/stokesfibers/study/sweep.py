@@ -156,8 +156,9 @@ def collect(out: str | PathLike[str]) -> xr.Dataset:
     StoreError
         If `out` is not the folder of a sweep, or cannot be written.
     """
+    plan = SweepFolder(Path(out)).plan()  # errors name the folder as it was given
     folder = SweepFolder(Path(out).resolve())
-    data = dataset(folder, folder.plan())
+    data = dataset(folder, plan)
     write_dataset(data, folder.path)
     return data
 

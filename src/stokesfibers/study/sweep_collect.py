@@ -11,7 +11,7 @@ import xarray as xr
 
 from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError
-from stokesfibers.core.tables import Table, build
+from stokesfibers.core.tables import Table, build, did_you_mean
 from stokesfibers.core.variables import lookup, registered
 from stokesfibers.observe.averages import block_average
 from stokesfibers.observe.observables import recorded
@@ -59,7 +59,8 @@ class Collect:
                 raise InputError(key, "a list of names of observables", names)
             for name in names:
                 if name not in known:
-                    raise InputError(key, f"names among {', '.join(known)}", repr(name))
+                    hint = did_you_mean(str(name), known)
+                    raise InputError(key, f"names among {', '.join(known)}", repr(name), hint)
                 if key == "mean" and known[name].dims != ("time",):
                     scalars = [n for n, v in known.items() if v.dims == ("time",)]
                     raise InputError(key, f"scalars: {', '.join(scalars)}", repr(name))

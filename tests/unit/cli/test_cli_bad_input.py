@@ -41,11 +41,15 @@ SETTINGS = [
     ("flow={kind='sum', flows=[]}", "flow.flows: expected a list of flow tables"),
     ("flow={kind='sum', flows=[{kind='sheer'}]}", "flow.flows[0].kind"),
     ("flow={kind='oscillatory_shear'}", "flow.frequency: expected a value"),
-    ("engine='spectrel'", "engine: expected one of paper, spectral"),
+    ("engine='spectrel'", "one of paper, spectral, got 'spectrel'. Did you mean 'spectral'?"),
+    (
+        "engine='spectral'",
+        "which is of engine = 'paper'. Take discretization.nodes instead, or leave",
+    ),
     ("domain.kind='periodic'", "domain.periods: expected a value"),
     (
         "domain={kind='periodic', periods=[0.5, 0, 0]}",
-        "domain.periods: expected periods of at least",
+        "domain.periods: expected periods of at least the longest fiber, 1, got 0.5 along x.",
     ),
     ("domain={kind='periodic', periods=[2, 2, 0]}", "domain.sum: expected 'truncated'"),
     ("domain={kind='periodic', periods=[2, 0]}", "domain.periods: expected three"),
@@ -136,6 +140,7 @@ def test_every_command_that_reads_a_case_refuses(command, case, invoke):
     [
         (b"[fiber", "expected valid TOML"),
         (b"\xff\xfe[fiber]", "expected a readable TOML file"),
+        (b"[stepping]\nuntil = 61,44\n", "Decimals have a point: 61.44."),
         (b"", "fiber: expected a table"),
         (
             b"[fiber]\nslenderness=1e-2\n[flow]\nkind='shear'\n",
@@ -151,7 +156,7 @@ def test_every_command_that_reads_a_case_refuses(command, case, invoke):
             "stepping.until: expected the time to stop",
         ),
     ],
-    ids=["no toml", "no text", "empty", "no fluid", "no fiber", "both", "no end"],
+    ids=["no toml", "no text", "comma", "empty", "no fluid", "no fiber", "both", "no end"],
 )
 def test_bad_case_file_is_refused(text, fragment, case, invoke):
     case.write_bytes(text)
@@ -163,8 +168,13 @@ def test_bad_case_file_is_refused(text, fragment, case, invoke):
 def test_missing_case_file_and_folder_are_refused(tmp_path, invoke):
     out = tmp_path / "run.zarr"
     assert_refused(invoke("run", tmp_path / "no.toml", "--out", out), "no such file")
-    assert_refused(invoke("run", tmp_path, "--out", out), "expected a readable TOML file")
+    assert_refused(invoke("run", tmp_path, "--out", out), "expected a case file, got a folder.")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_case_file_that_may_be_meant_is_named(case, invoke):
+    assert_refused(invoke("check", case.with_name("cse.toml")), "Did you mean 'case.toml'?")
+    assert_refused(invoke("check", case.parent), f"got a folder. There is {case} in it.")
 
 
 def _line(length: float, points: int = 30) -> np.ndarray:
@@ -339,3 +349,9 @@ def test_too_many_threads_are_refused(case, invoke):
     out = case.with_name("run.zarr")
     assert_refused(invoke("run", case, "--out", out, "--threads", 100000), "threads: expected")
     assert not out.exists()
+
+
+def test_help_of_view_points_to_where_the_slice_is_explained(invoke):
+    said = " ".join(invoke("view", "--help").stdout.split())
+    assert "It is computed; see above." in said
+    assert said.index("With --slice it is computed from") < said.index("It is computed; see above.")

@@ -25,6 +25,7 @@ fluid.mu_bar = [1e3, 1e4]
 [collect]
 final = ["elastic_energy"]
 """
+NOWHERE = "error: nowhere: expected the folder of a sweep, with its sweep.json, got nothing there."
 BROKEN_FLOW = """\
 def velocity(x, t):
     if t > 0.3:
@@ -138,9 +139,11 @@ def test_collect_makes_the_dataset_anew(file, invoke):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("sweep", "no.toml"), "no.toml: expected a case file, got nothing: no such file"),
-        (("sweep", "status", "nowhere"), "nowhere: expected the folder of a sweep"),
-        (("sweep", "collect", "."), "expected the folder of a sweep"),
+        (("sweep", "no.toml"), "no.toml: expected a sweep file, got nothing: no such file"),
+        (("sweep", "twofol.toml"), "Did you mean 'twofold.toml'?"),
+        (("sweep", "status", "nowhere"), NOWHERE),
+        (("sweep", "collect", "nowhere"), NOWHERE),
+        (("sweep", "collect", "."), "with its sweep.json, got a folder without sweep.json."),
         (("sweep", "bad.toml"), "grid.fluid.mu_bar: expected different values"),
         (("sweep", "twofold.toml", "--out", "no/such"), "a missing folder. Make the folder"),
         (("sweep", "twofold.toml", "--set", "fluid.mu_bar=3"), "a key that is not swept"),

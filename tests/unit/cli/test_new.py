@@ -83,7 +83,28 @@ def test_a_sweep_comes_with_the_case_that_it_varies(tmp_path, monkeypatch):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["buckling.toml", "buckling_sweep.toml"]
     planned = CliRunner().invoke(main, ["sweep", "buckling_sweep.toml", "--out", "b", "--dry-run"])
     assert planned.exit_code == 0, planned.output
-    (tmp_path / "buckling_sweep.toml").unlink()
+
+
+def test_a_sweep_keeps_an_edited_case_and_says_so(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "buckling.toml").write_text("# mine")
-    assert invoke("sweeps/buckling").exit_code == 2
+    made = invoke("sweeps/buckling")
+    assert made.exit_code == 0, made.output
+    assert made.stdout == "buckling_sweep.toml\n"
+    assert "Kept buckling.toml, which differs from the shipped one.\nThe sweep" in made.stderr
     assert (tmp_path / "buckling.toml").read_text() == "# mine"
+    assert 'base = "buckling.toml"' in (tmp_path / "buckling_sweep.toml").read_text()
+    again = invoke("sweeps/buckling")
+    assert again.exit_code == 2
+    assert "NAME: expected a file to write that does not exist, got buckling_sweep." in again.stderr
+    assert "choose another name with --out FILE." in again.stderr
+
+
+def test_another_file_that_the_case_reads_is_kept(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cloud.npy").write_bytes(b"mine")
+    refused = invoke("cloud", "--out", "other.toml")
+    assert refused.exit_code == 2
+    assert "'cloud.npy', which the case reads, got another file of that name" in refused.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["cloud.npy"]
+    assert (tmp_path / "cloud.npy").read_bytes() == b"mine"

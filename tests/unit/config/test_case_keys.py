@@ -50,6 +50,17 @@ def test_numbers_have_units_and_all_have_meanings():
     assert key_at("fiber.lenght") is None
 
 
+def test_an_entry_of_a_vector_says_which_in_its_meaning():
+    for path in ("load.force.1", "load.force[1]"):
+        found = key_at(path)
+        assert found is not None
+        assert found.path == path
+        assert found.attrs() == {
+            "units": "force length^-1",
+            "long_name": "load per length, along y",
+        }
+
+
 @pytest.mark.parametrize(
     ("setting", "told"),
     [

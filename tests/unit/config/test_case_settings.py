@@ -81,6 +81,160 @@ def test_new_way_to_say_the_same_replaces_the_old():
     assert "radius" not in tables["fiber"]
 
 
+@pytest.mark.parametrize(
+    ("before", "setting", "after"),
+    [
+        ({"rtol": 1e-4, "newton_passes": 2}, "stepping.dt=0.1", {"newton_passes": 2, "dt": 0.1}),
+        ({"dt": 0.1, "order": 3}, "stepping.rtol=1e-3", {"rtol": 1e-3}),
+        ({"nodes": 20, "adapt_nodes": True}, "discretization.intervals=50", {"intervals": 50}),
+        ({"intervals": 50}, "discretization.nodes=20", {"nodes": 20}),
+        ({"intervals": 50}, "discretization.adapt_nodes=true", {"adapt_nodes": True}),
+    ],
+)
+def test_new_choice_of_steps_or_points_replaces_the_old(before, setting, after):
+    place = setting.partition(".")[0]
+    tables = {place: dict(before)}
+    apply_setting(tables, setting)
+    assert tables == {place: after}
+
+
+@pytest.mark.parametrize(
+    ("before", "setting", "after"),
+    [
+        (
+            "initial = {kind = 'nearly_straight', angle = 1.0, amplitude = 0.1}",
+            "initial.kind=straight",
+            {"initial": {"kind": "straight", "angle": 1.0}},
+        ),
+        (
+            "initial = {kind = 'nearly_straight', amplitude = 0.1, amplitud = 0.2}",
+            "initial.kind=file",
+            {"initial": {"kind": "file", "amplitud": 0.2}},
+        ),
+        (
+            "domain = {kind = 'periodic', periods = [2, 2, 2], sum = 'truncated', reach = 3}",
+            "domain.kind=sheared",
+            {"domain": {"kind": "sheared", "periods": [2, 2, 2]}},
+        ),
+        (
+            "flow = {kind = 'sum', flows = [{kind = 'shear', rate = 1}]}",
+            "flow.flows[0].kind=uniform",
+            {"flow": {"kind": "sum", "flows": [{"kind": "uniform"}]}},
+        ),
+        (
+            "model.regularization = {kind = 'paper', m = 3, ramp = 0.2}",
+            "model.regularization.kind=constant",
+            {"model": {"regularization": {"kind": "constant", "m": 3}}},
+        ),
+        (
+            "initial.orientation = {kind = 'aligned', axis = [1, 0, 0]}",
+            "initial.orientation.kind=isotropic",
+            {"initial": {"orientation": {"kind": "isotropic"}}},
+        ),
+        (
+            "load = {kind = 'gravity', force = [0, -1, 0]}",
+            "load.kind=gravitty",
+            {"load": {"kind": "gravitty", "force": [0, -1, 0]}},
+        ),
+    ],
+)
+def test_a_new_kind_drops_what_only_the_old_one_has(before, setting, after):
+    tables = tomllib.loads(before)
+    apply_setting(tables, setting)
+    assert tables == after
+
+
+@pytest.mark.parametrize("path", ["load.force.1", "load.force[1]", "load. force.1 "])
+def test_an_entry_of_a_vector_is_set_by_its_place(path):
+    tables = {"load": {"kind": "gravity", "force": [0.0, -1.0, 0.0]}}
+    apply_setting(tables, f"{path}=-20.0")
+    assert tables["load"]["force"] == [0.0, -20.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("setting", "told"),
+    [
+        ("load.force.3=1.0", "expected 'load.force' to be a list with a place 3, got 'load.force"),
+        ("load.kind.0=1.0", "expected 'load.kind' to be a list with a place 0"),
+        (
+            "initial.centre.0=1.0",
+            "place 0, got 'initial.centre.0=1.0'. Give the whole list first: i",
+        ),
+        ("fluid", "got 'fluid'. For example fluid.mu_bar=VALUE, without blanks."),
+        ("fluid.viscosity", "For example fluid.viscosity=VALUE, without blanks."),
+        ("0.x=1", "--set: expected table.key=value"),
+    ],
+)
+def test_settings_that_lead_nowhere_say_what_would(setting, told):
+    tables = {"load": {"kind": "gravity", "force": [0.0, -1.0, 0.0]}}
+    with pytest.raises(InputError) as caught:
+        apply_setting(tables, setting)
+    assert caught.value.where == "--set"
+    assert told in str(caught.value)
+
+
+SPECTRAL = "stepping = {rtol = 1e-4, until = 5.0}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "settings", "told"),
+    [
+        (
+            SPECTRAL,
+            ["engine=paper"],
+            "stepping.rtol: expected keys of engine = 'paper', got stepping.rtol, which is of "
+            "engine = 'spectral'. Take stepping.dt instead, or leave it out, in the file or with "
+            "--set 'stepping={until=5.0}'.",
+        ),
+        (
+            SPECTRAL + "discretization = {nodes = 20, adapt_nodes = false}\n",
+            ["engine=paper"],
+            "got discretization.nodes, discretization.adapt_nodes and stepping.rtol, which are of "
+            "engine = 'spectral'. Take discretization.intervals and stepping.dt instead, or leave "
+            "them out, in the file or with --set 'discretization={}' --set 'stepping={until=5.0}'.",
+        ),
+        (
+            SPECTRAL,
+            ["constraint.beta=20"],
+            "constraint.beta: expected keys of engine = 'spectral', got constraint.beta, which is "
+            "of engine = 'paper'. Leave it out, in the file or with --set 'constraint={}'.",
+        ),
+        (
+            SPECTRAL,
+            ["discretization.intervals=100"],
+            "which is of engine = 'paper'. Take discretization.nodes instead, or leave it out",
+        ),
+        (SPECTRAL, ["engine=paperr"], "got 'paperr'. Did you mean 'paper'?"),
+    ],
+)
+def test_keys_of_another_engine_are_told_with_how_to_go_on(text, settings, told, tmp_path):
+    file = tmp_path / "case.toml"
+    file.write_text(
+        f"{text}fiber.slenderness = 1e-2\nfluid.mu_bar = 1e4\nflow = {{kind = 'shear'}}\n"
+    )
+    with pytest.raises(InputError) as caught:
+        load_case(file, settings)
+    assert told in str(caught.value)
+    for hint in ("stepping={until=5.0}", "discretization={}", "constraint={}"):
+        if hint in str(caught.value):
+            settings = [*settings, hint]
+    if "'paperr'" not in told:
+        assert load_case(file, settings).until == 5.0
+
+
+def test_a_step_that_is_set_makes_a_case_one_for_the_other_engine(tmp_path):
+    file = tmp_path / "case.toml"
+    file.write_text(
+        f"{SPECTRAL}fiber.slenderness = 1e-2\nfluid.mu_bar = 1e4\nflow = {{kind = 'shear'}}\n"
+    )
+    paper = load_case(file, ["engine=paper", "stepping.dt=0.01"])
+    assert isinstance(paper.problem.engine, PaperEngine)
+    assert paper.problem.engine.dt == 0.01
+    spectral = load_case(file, ["stepping.dt=0.01"])
+    assert isinstance(spectral.problem.engine, SpectralEngine)
+    assert (spectral.problem.engine.dt, spectral.problem.engine.rtol) == (0.01, None)
+
+
 def test_fibers_in_a_list_are_named_by_number():
     tables = {"fiber": [{"length": 1.0}, {"length": 2.0}]}
     apply_setting(tables, "fiber[1].length=5.0")
