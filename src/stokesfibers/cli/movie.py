@@ -35,12 +35,12 @@ _TYPED = {
 @click.option("--duration", type=float, help="Seconds; by default a frame per record, up to 20 s.")
 @click.option("--size", help="Pixels, WIDTHxHEIGHT; by default 1280x720, of a gif 800x450.")
 @click.option(
-    "--dpi", type=int, help="Pixels per inch: how large text is; by default 150 (gif 95)."
+    "--dpi", type=int, help="Pixels per inch: how large text is; by default 150 at 1280x720."
 )
 @click.option("--color", help="tension (default), curvature, orientation, fiber or none.")
 @click.option("--from", "first", type=float, help="Time to begin with.")
 @click.option("--to", "last", type=float, help="Time to end with.")
-@click.option("--view", help="plane or 3d; by default plane for a few fibers that stay in one.")
+@click.option("--view", help="auto, plane or 3d; auto: plane for a few fibers that stay in one.")
 @click.option("--orbit", type=float, help="Degrees that the camera turns, e.g. 90.")
 @click.option("--series", help="Observable drawn below, or none; by default energy or N_1.")
 @click.option("--dark", is_flag=True, help="Dark ground.")
@@ -64,7 +64,7 @@ def movie(
     if given.get("colour") == "none":
         given["colour"] = None
     if out.suffix.lower() == ".gif":
-        given = {"size": (800, 450), "dpi": 95, **given}
+        given = {"size": (800, 450), **given}
     if size is not None:
         given["size"] = _size(size)
     with named_as_typed(_TYPED), replacing(out, quiet=quiet):

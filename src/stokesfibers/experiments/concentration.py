@@ -43,9 +43,18 @@ def planned(kind: str, concentration: float, *, quick: bool) -> list[CellRun]:
     """Return the runs of one point of the curves."""
     count, seeds, periods = (8, 1, 1) if quick else (60, 2, 2)
     flow = OscillatoryShear(amplitude=1.0, frequency=1.0 / PERIOD)
-    until, fibers = periods * PERIOD, uniform(count)
     return [
-        CellRun(kind, fibers, MU_BARS[kind], concentration, seed, until, flow, _AMPLITUDE, _EVERY)
+        CellRun(
+            kind,
+            uniform(count),
+            MU_BARS[kind],
+            concentration,
+            seed,
+            until=periods * PERIOD,
+            flow=flow,
+            amplitude=_AMPLITUDE,
+            every=_EVERY,
+        )
         for seed in range(1, seeds + 1)
     ]
 
@@ -120,11 +129,18 @@ def _draw_averages(ax: Axes, data: xr.Dataset, quantity: str) -> None:
             capsize=2.0,
             linewidth=0.8,
             color=PALETTE[number],
-            label=rf"{kind}, $\bar\mu={MU_BARS[str(kind)]:g}$",
+            label=rf"{kind}, $\bar\mu={_powers(MU_BARS[str(kind)])}$",
         )
     ax.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
     ax.set(xscale="log", xlabel="$nL^3$", ylabel=f"{SHOWN[quantity]} $/\\,nL^3$")
     ax.margins(y=0.15)
+
+
+def _powers(value: float) -> str:
+    """Return a number as its digits times a power of ten, for mathematics."""
+    digits, power = f"{value:e}".split("e")
+    factor = "" if float(digits) == 1.0 else rf"{float(digits):g}\times"
+    return f"{factor}10^{int(power)}"
 
 
 def _draw_series(ax: Axes, data: xr.Dataset) -> None:

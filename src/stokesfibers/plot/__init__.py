@@ -14,10 +14,11 @@ from stokesfibers.plot.averages import Averaged, averages
 from stokesfibers.plot.distribution import curvature, distribution, end_to_end
 from stokesfibers.plot.health import health
 from stokesfibers.plot.orientation import order, orientation
+from stokesfibers.plot.panels import shape_panels
 from stokesfibers.plot.perspective import perspective
 from stokesfibers.plot.plane import Plane, plane_of
 from stokesfibers.plot.series import energy, series, stress
-from stokesfibers.plot.shapes import shape_panels, shapes
+from stokesfibers.plot.shapes import shapes
 from stokesfibers.plot.slice import velocity_slice
 from stokesfibers.plot.style import new_axes, save, style
 from stokesfibers.plot.tension import tension

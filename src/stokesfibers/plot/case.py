@@ -57,6 +57,24 @@ def offset(data: xr.DataTree, time: float) -> float:
     return shift - lx * round(shift / lx)
 
 
+def radii(data: xr.DataTree) -> NDArray[np.float64]:
+    """Return r(s) = 2 eps sqrt(s (L - s)) at the nodes, (fiber, node); 0 if the case is missing."""
+    s = select.numbers(data, "trajectory", "arclength")
+    length = s[:, -1:]
+    held = stored_case(data).get("fiber", [])
+    groups = [held] if isinstance(held, Mapping) else held
+    eps = [_slenderness(group) for group in groups for _ in range(int(group.get("count", 1)))]
+    if len(eps) != len(s):
+        return np.zeros_like(s)
+    return 2.0 * np.array(eps)[:, None] * np.sqrt(np.clip(s * (length - s), 0.0, None))
+
+
+def _slenderness(group: Mapping[str, Any]) -> float:
+    if group.get("slenderness") is not None:
+        return float(group["slenderness"])
+    return float(group.get("radius") or 0.0) / float(group["length"])
+
+
 def reversals(data: xr.DataTree, first: float, last: float) -> NDArray[np.float64]:
     """Return the times strictly between `first` and `last` when the flow changes its sign.
 

@@ -165,7 +165,7 @@ def _figure(data: xr.DataTree, quantity: str, times: ArrayLike | None) -> NDArra
         for sample, time, colour in zip(samples, stored[picked], colours, strict=True):
             line = sample.curve(span, smooth=smooth)
             style_of = "default" if smooth else "steps-post"
-            axes[1].plot(*line, drawstyle=style_of, color=colour, label=f"{time:.6g}")
+            axes[1].plot(*line, drawstyle=style_of, color=colour, label=select.number_text(time))
             # the same colour on the time axis above
             axes[0].plot(
                 time,

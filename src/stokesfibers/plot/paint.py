@@ -79,9 +79,7 @@ def checked(colour: str | None) -> Colour | None:
             return known
     if colour is None:
         return None
-    raise InputError(
-        "colour", f"one of {', '.join(COLOURS)}; none is one colour for all", repr(colour)
-    )
+    raise InputError("colour", f"one of {', '.join(COLOURS)}, or none for one colour", repr(colour))
 
 
 def node_values(kind: Colour, position: Floats, tension: Floats | None) -> Floats:

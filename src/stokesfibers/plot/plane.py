@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot import select
-from stokesfibers.plot.case import offset, periods
+from stokesfibers.plot.case import offset, periods, radii
 from stokesfibers.plot.geometry import wrapped
 
 if TYPE_CHECKING:
@@ -41,9 +41,10 @@ class Plane:
         Horizontal coordinates [length].
     y : (ny,)
         Vertical coordinates [length].
-    fibers : each (node, 3)
+    fibers : each (node, 4)
         Centrelines whose projection falls on the grid, images included: horizontal coordinate,
-        vertical one, signed distance from the plane.
+        vertical one, signed distance from the plane; and the radius there, 0 if the run does not
+        tell it.
     """
 
     axes: str
@@ -114,8 +115,9 @@ def plane_of(
     cut = float(box[directions[2]].mean()) if at is None else checks.finite("at", at)
     x, y = _grid(box[directions[:2]], count)
     images = _images(lengths, slid)
-    shown = _shown(lines, images, np.stack([box[d] for d in directions[:2]]), directions)
-    fibers = tuple(line - np.array([0.0, 0.0, cut]) for line in shown)
+    thick = np.concatenate([lines, radii(data)[..., None]], axis=-1)
+    shown = _shown(thick, images, np.stack([box[d] for d in directions[:2]]), directions)
+    fibers = tuple(line - np.array([0.0, 0.0, cut, 0.0]) for line in shown)
     return Plane(axes, cut, shown_at, x, y, fibers)
 
 
@@ -147,10 +149,10 @@ def _images(lengths: Floats, slid: float) -> Floats:
 
 
 def _shown(lines: Floats, images: Floats, limits: Floats, directions: list[int]) -> list[Floats]:
-    """Return fibers and images whose projection may touch the view, (node, 3) each."""
+    """Return fibers and images whose projection may touch the view, (node, 4) each."""
     shown = []
     for line, shift in product(lines, images):
-        moved = (line + shift)[:, directions]
+        moved = np.column_stack([(line[:, :3] + shift)[:, directions], line[:, 3]])
         flat = moved[:, :2]
         if np.all(flat.max(axis=0) >= limits[:, 0]) and np.all(flat.min(axis=0) <= limits[:, 1]):
             shown.append(moved)

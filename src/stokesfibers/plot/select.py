@@ -21,6 +21,7 @@ MOST_RECORDS = 8
 MOST_FIBERS = 8
 """Most fibers that get a line of their own; it is the number of colours of the palette."""
 _EVENT = 0.1  # share of the peak energy above which a record belongs to the bending event
+_MOSTLY = 0.5  # share of the run above which fibers bend all along, and there is no event
 _VISIBLE_BEND = 0.05  # curvature times length; the sagitta is then 0.6 % of the length
 
 Records = NDArray[np.intp]
@@ -114,7 +115,8 @@ def pick_fibers(count: int, fibers: Sequence[int] | int | None) -> Records:
     asked = np.atleast_1d(np.asarray(fibers))
     whole = np.issubdtype(asked.dtype, np.integer)
     if asked.size == 0 or not whole or asked.min() < 0 or asked.max() >= count:
-        raise InputError("fiber", f"fiber numbers from 0 to {count - 1}", fibers)
+        there = f"fiber numbers from 0 to {count - 1}" if count > 1 else "0, the only fiber"
+        raise InputError("fiber", there, ", ".join(str(k) for k in asked.tolist()) or "none")
     return asked.astype(np.intp)
 
 
@@ -128,8 +130,9 @@ def pick_records(data: xr.DataTree, times: ArrayLike | None, most: int = MOST_RE
     times
         Times asked for; the nearest stored record stands for each, once. None picks up to
         `most` records: spread over the stretch of the run where the elastic energy is at least
-        a tenth of its peak, the peak included; spread over the whole run if no fiber bends
-        visibly or the energy is not stored.
+        a tenth of its peak, the peak included; spread over the whole run, with its first and
+        last record, if no fiber bends visibly, the energy is not stored, or fibers are bent from
+        the start or for more than half of the run.
 
     Raises
     ------
@@ -227,7 +230,26 @@ def at_time(data: xr.DataTree, time: float) -> str:
     """Return ``t = ...`` with the unit, unless that only repeats the meaning."""
     variable = describe(data, "trajectory", "time")
     unit = "" if variable.unit == variable.meaning else f" {variable.unit}"
-    return f"${variable.symbol} = {time:.6g}${unit}"
+    return f"${variable.symbol} = {digits(time)}${unit}"
+
+
+def digits(value: float) -> str:
+    """Return a number in six digits for a formula; very small and large ones as 2 x 10^-5."""
+    plain = f"{value:.6g}"
+    if plain.lstrip("-").startswith("0.000"):
+        plain = f"{value:.5e}"
+    if "e" not in plain:
+        return plain
+    mantissa, power = plain.split("e")
+    if "." in mantissa:
+        mantissa = mantissa.rstrip("0").rstrip(".")
+    return rf"{mantissa}\times10^{{{int(power)}}}"
+
+
+def number_text(value: float) -> str:
+    """Return a number for a legend: as it is, or a formula if it needs a power of ten."""
+    written = digits(value)
+    return f"${written}$" if "times" in written else written
 
 
 def _default_records(data: xr.DataTree, stored: NDArray[np.float64], most: int) -> Records:
@@ -237,7 +259,10 @@ def _default_records(data: xr.DataTree, stored: NDArray[np.float64], most: int) 
     if energy is None:
         return _spread(np.arange(len(stored)), most)
     peak = int(np.argmax(energy))
-    size = max(most, int(np.sum(energy >= _EVENT * energy[peak])))
+    bent = np.flatnonzero(energy >= _EVENT * energy[peak])
+    if bent[0] == 0 or stored[bent[-1]] - stored[bent[0]] > _MOSTLY * (stored[-1] - stored[0]):
+        return _spread(np.arange(len(stored)), most)
+    size = max(most, len(bent))
     picked = _spread(np.sort(np.argsort(-energy, kind="stable")[:size]), most)
     if peak not in picked:
         picked[np.argmin(np.abs(picked - peak))] = peak

@@ -1,24 +1,16 @@
-"""Centreline shapes of a stored run, overlaid or one panel per time (the paper's Figs. 2-4)."""
+"""Centreline shapes of a stored run over one another, coloured by time."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot import select
-from stokesfibers.plot.style import (
-    COLUMN,
-    PAGE,
-    colour_bar,
-    drawing,
-    new_panels,
-    style,
-    time_colours,
-)
+from stokesfibers.plot.style import COLUMN, colour_bar, drawing, time_colours
 from stokesfibers.plot.theme import theme
 
 if TYPE_CHECKING:
@@ -26,8 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _LEGEND_ROWS = 10  # more times than this get a colour bar instead of a legend
-_ACROSS, _ACROSS_WIDE = 8, 4  # most panels in a row
-_WIDE = 0.6  # height over width below which a panel is wide
+_DRIFT = 4.0  # paths this many times as long as what moves along them hide its shape
 
 
 def shapes(
@@ -41,7 +32,9 @@ def shapes(
 ) -> Axes:
     """Draw centreline shapes over one another, coloured by time, with equal scales.
 
-    One line per time holds all its fibers, separated by NaN.
+    One line per time holds all its fibers, separated by NaN. Where they go so far, as falling
+    fibers do, that no shape could be seen, each time is drawn about the fibers' own centre, and
+    the axes say so.
 
     Parameters
     ----------
@@ -49,7 +42,8 @@ def shapes(
         The stored run.
     times
         Times to draw; the nearest stored record stands for each. Default: up to 8 records where
-        the elastic energy is largest, or spread over the run.
+        the elastic energy is largest, or spread over the run if fibers are bent from the start
+        or not at all.
     fibers
         Numbers of the fibers to draw; default all.
     plane
@@ -69,71 +63,21 @@ def shapes(
         If a time lies outside the stored range, or a fiber or direction does not exist.
     """
     chosen = select.choose(data, times)
-    points = _points(data, chosen.records, fibers, plane)
+    points = centrelines(data, chosen.records, fibers)[..., select.plane_directions(plane)[:2]]
+    follows = follow(points)
     points[..., 0] += offset * np.arange(len(points))[:, None, None]
-    box = _box(points)
+    box = limits(points)
     colours = time_colours(chosen.times)
     with drawing(ax, height=_height(box)) as ax:
         for line, time, colour in zip(points, chosen.times, colours, strict=True):
-            ax.plot(*_joined(line), color=colour, label=f"{time:.6g}", clip_on=False)
+            ax.plot(*joined(line), color=colour, label=select.number_text(time), clip_on=False)
         ax.set_aspect("equal", adjustable="box")
         ax.set(xlim=box[0], ylim=box[1])
-        unit = select.unit_text(select.describe(data, "trajectory", "position"))
+        across, up = axis_labels(data, plane, follows=follows)
         moved = f", each record moved by {offset:.3g}" if offset else ""
-        ax.set(xlabel=f"${plane[0]}${unit}{moved}", ylabel=f"${plane[1]}${unit}")
+        ax.set(xlabel=f"{across}{moved}", ylabel=up)
         time_key(ax, data, chosen.times)
     return ax
-
-
-def shape_panels(
-    data: xr.DataTree, *, times: ArrayLike | None = None, plane: str = "xy"
-) -> NDArray[Any]:
-    """Draw one small panel per time, all to the same scale, as the paper's Figs. 2-4.
-
-    Parameters
-    ----------
-    data
-        The stored run.
-    times
-        Times to draw; the nearest stored record stands for each and its time is the title.
-        Default: as `shapes`.
-    plane
-        The two directions to draw, horizontal first.
-
-    Returns
-    -------
-    ndarray of Axes : (panel,)
-
-    Raises
-    ------
-    InputError
-        If a time lies outside the stored range, or a direction does not exist.
-    """
-    chosen = select.choose(data, times)
-    points = _points(data, chosen.records, None, plane)
-    box = _box(points)
-    ratio = (box[1, 1] - box[1, 0]) / (box[0, 1] - box[0, 0])
-    rows = -(-len(chosen.times) // (_ACROSS_WIDE if ratio < _WIDE else _ACROSS))
-    columns = -(-len(chosen.times) // rows)
-    width = COLUMN if columns <= 3 else PAGE
-    height = rows * (min(ratio * (width - 0.5) / columns, 3.0) + 0.2) + 0.4
-    grid = new_panels(rows, columns, width=width, height=height, shared_scale=True)
-    axes = grid.ravel()
-    with style():
-        for ax, line, time in zip(axes, points, chosen.times, strict=False):
-            ax.plot(*_joined(line), color=theme().palette[0], clip_on=False)
-            ax.set_aspect("equal", adjustable="box")
-            ax.set_title(select.at_time(data, time))
-            ax.locator_params(nbins=3, min_n_ticks=2)
-            ax.xaxis.set_major_formatter("{x:g}")  # narrow panels: 0, not 0.00
-        axes[0].set(xlim=box[0], ylim=box[1])
-        for spare in axes[len(chosen.times) :]:
-            spare.remove()
-        unit = select.unit_text(select.describe(data, "trajectory", "position"))
-        grid[0, 0].figure.supxlabel(f"${plane[0]}${unit}", fontsize=8.5)
-        for ax in grid[:, 0]:
-            ax.set_ylabel(f"${plane[1]}${unit}")
-    return axes[: len(chosen.times)]
 
 
 def time_key(ax: Axes, data: xr.DataTree, times: NDArray[np.float64]) -> None:
@@ -154,31 +98,60 @@ def time_key(ax: Axes, data: xr.DataTree, times: NDArray[np.float64]) -> None:
     colour_bar(ax, ScalarMappable(scale, colours), select.time_label(data))
 
 
-def _points(
-    data: xr.DataTree, records: select.Records, fibers: Sequence[int] | int | None, plane: str
+def centrelines(
+    data: xr.DataTree, records: select.Records, fibers: Sequence[int] | int | None = None
 ) -> NDArray[np.float64]:
-    """Return a copy of the chosen positions: (record, fiber, node, 2)."""
+    """Return a copy of the chosen positions: (record, fiber, node, 3)."""
     position = select.read(data, "trajectory", "position")
-    space = select.plane_directions(plane)[:2]
     picked = select.pick_fibers(position.sizes["fiber"], fibers)
     # One selection at a time: lazily indexed arrays take no two lists at once as a block.
-    chosen = position.isel(time=records).isel(fiber=picked).isel(space=space)
+    chosen = position.isel(time=records).isel(fiber=picked)
     return np.array(chosen.transpose("time", "fiber", "node", "space").to_numpy(), np.float64)
 
 
-def _joined(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def follow(points: NDArray[np.float64]) -> bool:
+    """Move each record (record, fiber, node, 2) to its centre if its path hides its shape.
+
+    Returns whether they were moved.
+    """
+    # fmax and fmin pass over what is not finite, a whole record of it too
+    low, high = np.fmin.reduce(points, axis=(1, 2)), np.fmax.reduce(points, axis=(1, 2))
+    path = np.fmax.reduce(high) - np.fmin.reduce(low)
+    far = bool(np.max(path) > _DRIFT * np.fmax.reduce(high - low, axis=None))
+    if far:
+        known = np.isfinite(points).sum(axis=(1, 2), keepdims=True)
+        points -= np.nansum(points, axis=(1, 2), keepdims=True) / np.maximum(known, 1)
+    return far
+
+
+def axis_labels(data: xr.DataTree, plane: str, *, follows: bool) -> tuple[str, str]:
+    """Return the labels of both axes; c is the fibers' common centre."""
+    unit = select.unit_text(select.describe(data, "trajectory", "position"))
+    if not follows:
+        return f"${plane[0]}${unit}", f"${plane[1]}${unit}"
+    across, up = (f"${d} - {d}_c$" for d in plane)
+    return f"{across}{unit}", f"{up}\n{unit.strip()}"  # a low figure has no room for one line
+
+
+def joined(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return x and y of all fibers as one line, broken by NaN between fibers."""
     gap = np.full((points.shape[0], 1, 2), np.nan)
     line = np.concatenate([points, gap], axis=1).reshape(-1, 2)[:-1]
     return line[:, 0], line[:, 1]
 
 
-def _box(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return limits ((left, right), (bottom, top)) with a margin, never a thin sliver."""
+def limits(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return limits ((left, right), (bottom, top)) with a margin, never a thin sliver.
+
+    Raises
+    ------
+    InputError
+        If no point (..., 2) is finite.
+    """
     if not np.isfinite(points).any():
         raise InputError("trajectory.position", "finite positions", "none in these records")
-    low = np.nanmin(points, axis=(0, 1, 2))
-    high = np.nanmax(points, axis=(0, 1, 2))
+    every = tuple(range(points.ndim - 1))
+    low, high = np.nanmin(points, axis=every), np.nanmax(points, axis=every)
     centre, span = 0.5 * (low + high), high - low
     largest = float(np.max(span)) or 1.0
     half = 0.5 * np.maximum(span, 0.2 * largest) + 0.04 * largest

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.variables import Variable, lookup
 from stokesfibers.plot import select
+from stokesfibers.plot.cut import Discs, discs_of, draw_discs, filled
+from stokesfibers.plot.streams import draw_streams
 from stokesfibers.plot.style import COLUMN, colour_bar, drawing
 from stokesfibers.plot.theme import theme
 
@@ -36,9 +38,10 @@ def velocity_slice(
 ) -> Axes:
     """Draw streamlines of the velocity in a plane over its speed; return the axes.
 
-    Points inside a fiber, where the velocity is NaN, are left grey. The colours end at the
-    largest speed; where 1 % of the points are more than twice as fast as the rest, as they are
-    beside fibers, they end at the rest's largest speed, with a pointed colour bar.
+    Points inside a fiber, where the velocity is NaN, are left grey unless the fiber's radius is
+    given: then it is drawn as wide as the plane cuts it. The colours end at the largest speed;
+    where 1 % of the points are more than twice as fast as the rest, as they are beside fibers,
+    they end at the rest's largest speed, with a pointed colour bar.
 
     Parameters
     ----------
@@ -49,12 +52,12 @@ def velocity_slice(
     velocity : (ny, nx, 2) or (ny, nx, 3)
         Velocity [length/time]: the horizontal component, the vertical one, and the one
         across the plane, which counts for the speed only.
-    fibers : each (node, 2) or (node, 3)
+    fibers : each (node, 2), (node, 3) or (node, 4)
         Centrelines to draw, in the coordinates of the plane; the third column is the distance
-        from the plane.
+        from the plane, the fourth the fiber's radius.
     within
-        Distance from the plane up to which fibers are drawn boldly; beyond they are thin. Default:
-        all are bold.
+        Distance from the plane up to which fibers are drawn boldly; beyond they are thin and
+        dashed. Default: all are bold.
     axes
         Names of the two directions, horizontal first.
     disturbance
@@ -71,17 +74,14 @@ def velocity_slice(
     u = _velocity(velocity, len(up), len(across))
     speed = np.sqrt(np.sum(u**2, axis=-1))
     lines, height = [_line(fiber) for fiber in fibers or ()], _height(across, up)
+    discs = discs_of(lines)
     with drawing(ax, height=height) as ax:
         ax.set_facecolor(theme().hidden)
         label = speed_label(disturbance=disturbance, longest=int(_PER_INCH * (height - 0.5)))
-        _draw_speed(ax, across, up, speed, label=label)
-        _draw_streams(ax, across, up, u)
-        for line in lines:
-            _draw_line(ax, line, within)
-        ax.set(xlim=(across[0], across[-1]), ylim=(up[0], up[-1]))
-        ax.set_aspect("equal", adjustable="box")
-        unit = select.unit_text(lookup("trajectory", "position"))
-        ax.set(xlabel=f"${axes[0]}${unit}", ylabel=f"${axes[1]}${unit}")
+        _draw_speed(ax, across, up, filled(speed, across, up, discs), label=label)
+        draw_streams(ax, across, up, u)
+        _draw_fibers(ax, lines, discs, within)
+        _frame(ax, across, up, axes)
     return ax
 
 
@@ -121,6 +121,13 @@ def _height(across: NDArray[np.float64], up: NDArray[np.float64]) -> float:
     return float(np.clip(ratio * (COLUMN - 1.2) + 0.5, 1.5, 5.0))
 
 
+def _frame(ax: Axes, across: NDArray[np.float64], up: NDArray[np.float64], names: str) -> None:
+    ax.set(xlim=(across[0], across[-1]), ylim=(up[0], up[-1]))
+    ax.set_aspect("equal", adjustable="box")
+    unit = select.unit_text(lookup("trajectory", "position"))
+    ax.set(xlabel=f"${names[0]}${unit}", ylabel=f"${names[1]}${unit}")
+
+
 def _draw_speed(
     ax: Axes,
     across: NDArray[np.float64],
@@ -143,14 +150,12 @@ def _draw_speed(
     colour_bar(ax, drawn, label, extend="max" if over else "neither")
 
 
-def _draw_streams(
-    ax: Axes, across: NDArray[np.float64], up: NDArray[np.float64], u: NDArray[np.float64]
+def _draw_fibers(
+    ax: Axes, lines: list[NDArray[np.float64]], discs: Discs, within: float | None
 ) -> None:
-    density = (1.2, float(np.clip(1.2 * len(up) / len(across), 0.4, 2.0)))
-    streams = (np.ma.masked_invalid(u[..., 0]), np.ma.masked_invalid(u[..., 1]))
-    ax.streamplot(
-        across, up, *streams, color=theme().ink, linewidth=0.45, arrowsize=0.55, density=density
-    )
+    for line in lines:
+        _draw_line(ax, line, within)
+    draw_discs(ax, discs, theme().palette[1])
 
 
 def _draw_line(ax: Axes, line: NDArray[np.float64], within: float | None) -> None:
@@ -158,11 +163,12 @@ def _draw_line(ax: Axes, line: NDArray[np.float64], within: float | None) -> Non
     if within is None or line.shape[1] == 2:
         ax.plot(line[:, 0], line[:, 1], color=theme().palette[1], linewidth=1.6, zorder=3)
         return
-    ax.plot(line[:, 0], line[:, 1], color=theme().palette[1], linewidth=0.5, alpha=0.75, zorder=3)
+    off_plane = {"linewidth": 0.5, "linestyle": (0, (5, 2)), "alpha": 0.75}
+    ax.plot(line[:, 0], line[:, 1], color=theme().palette[1], zorder=3, **off_plane)
     # between nodes too, or a fiber that cuts the plane steeply would miss it
     nodes = np.arange(len(line))
     fine = np.linspace(0, len(line) - 1, _FINER * (len(line) - 1) + 1)
-    x, y, off = (np.interp(fine, nodes, column) for column in line.T)
+    x, y, off = (np.interp(fine, nodes, column) for column in line.T[:3])
     near = np.abs(off) <= within * (1.0 + 1e-9)
     if near.any():
         bold = np.where(near, [x, y], np.nan)
@@ -195,6 +201,6 @@ def _velocity(given: ArrayLike, rows: int, columns: int) -> NDArray[np.float64]:
 
 def _line(given: ArrayLike) -> NDArray[np.float64]:
     line = np.asarray(given, dtype=np.float64)
-    if line.ndim != 2 or line.shape[1] not in (2, 3) or len(line) < 2:
-        raise InputError("fibers", "centrelines of shape (node, 2) or (node, 3)", str(line.shape))
+    if line.ndim != 2 or line.shape[1] not in (2, 3, 4) or len(line) < 2:
+        raise InputError("fibers", "centrelines of shape (node, 2), 3 or 4", str(line.shape))
     return line

@@ -56,7 +56,7 @@ def tension(
     with drawing(ax) as ax:
         ax.axhline(0.0, color=theme().faint, linewidth=0.5, zorder=0)
         for line, time, colour in zip(lines, chosen.times, colours, strict=True):
-            ax.plot(arclength, line, color=colour, label=f"{time:.6g}")
+            ax.plot(arclength, line, color=colour, label=select.number_text(time))
         if array.sizes["fiber"] > 1:
             ax.set_title(f"fiber {number}")
         ax.set_xlim(float(arclength[0]), float(arclength[-1]))

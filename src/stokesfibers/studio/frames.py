@@ -19,8 +19,12 @@ from stokesfibers.plot.theme import THEMES, on, theme
 Floats = NDArray[np.float64]
 
 _STRIP = 1.3  # height in inches of the series below, with its labels
+_BELOW = 0.45  # height in inches of the numbers and the label of a flat picture
+_ROOM = 1.0  # side in inches of the picture below which strip or colour bar are left out
 _LEFT, _RIGHT, _BAR = 0.75, 0.35, 1.05  # margins in inches; the right one with a colour bar
 _TOP = 0.3
+_LEAST = 0.5  # side in inches of the smallest picture
+_LABELLED = 3.6  # width in inches of a picture in perspective whose edges have labels
 _TRIED = 24  # azimuths tried for the size of what the camera goes round
 _WIDEST = 2.6  # width in points of a single fiber's line
 
@@ -91,6 +95,18 @@ class Shot:
     azimuth: float
 
 
+def most_dpi(size: tuple[int, int]) -> int:
+    """Return how many pixels per inch leave a frame some room beside its margins."""
+    return int(min(size[0] / (_LEFT + _RIGHT + _LEAST), size[1] / (_BELOW + _TOP + _LEAST)))
+
+
+def has_room(size: tuple[int, int], dpi: int) -> tuple[bool, bool]:
+    """Return whether a frame has room for the series below, and for a colour bar."""
+    width, height = size[0] / dpi, size[1] / dpi
+    strip = height - _STRIP - _BELOW - _TOP >= _ROOM
+    return strip, width - _LEFT - _BAR >= _ROOM
+
+
 class Stage:
     """Draws the shots of a scene."""
 
@@ -100,12 +116,13 @@ class Stage:
 
         self._scene = scene
         self._moving: list[Any] = []
-        self._zoom = 1.0
+        self._zoom, self._labelled = 1.0, False
         inches = (scene.size[0] / scene.dpi, scene.size[1] / scene.dpi)
         with on(THEMES[scene.ground]), style():
             self._figure = Figure(figsize=inches, dpi=scene.dpi)
             self._canvas = FigureCanvasAgg(self._figure)
-            self._marker = self._add_strip(inches) if scene.strip else None
+            self._room = has_room(scene.size, scene.dpi)
+            self._marker = self._add_strip(inches) if scene.strip and self._room[0] else None
             self._axes = self._add_axes(inches)
             where = (0.5 * _LEFT / inches[0], 1.0 - 0.5 * _TOP / inches[1])
             self._title = self._figure.text(*where, "", va="center", fontsize=10.0)
@@ -128,24 +145,20 @@ class Stage:
 
     def _add_axes(self, inches: tuple[float, float]) -> Any:
         scene = self._scene
-        bottom = _STRIP if scene.strip else 0.0
-        painted = scene.paint is not None and scene.paint.kind != "fiber"
-        right = _BAR if painted else _RIGHT
-        if painted and scene.paint is not None:
-            height = 0.6 * (inches[1] - bottom - _TOP)
-            low = bottom + 0.5 * (inches[1] - bottom - _TOP - height) + 0.1
-            axes = self._figure.add_axes(self._box((inches[0] - _BAR + 0.25, low, 0.1, height)))
-            bar = self._figure.colorbar(scene.paint.mappable(), cax=axes)
-            bar.set_label(scene.paint.label)
-            bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
-            ink_ticks(axes)
+        bottom = _STRIP if self._marker else 0.0
+        right = _RIGHT
+        if scene.paint is not None and scene.paint.kind != "fiber" and self._room[1]:
+            right = _BAR
+            self._add_bar(scene.paint, inches, bottom)
         if scene.plane is None:
-            box = (0.1, bottom, inches[0] - right - 0.1, inches[1] - bottom - 0.15)
+            low = bottom or 0.1
+            box = (0.1, low, inches[0] - right - 0.1, inches[1] - low - 0.15)
+            self._labelled = not scene.turns and box[2] >= _LABELLED
             axes = self._figure.add_axes(self._box(box), projection="3d")
             axes.patch.set_visible(False)
             self._look(axes)
             return axes
-        low = bottom + 0.45
+        low = bottom + _BELOW
         box = (_LEFT, low, inches[0] - right - _LEFT, inches[1] - low - _TOP)
         axes = self._figure.add_axes(self._box(box))
         across, up = ("xyz".index(letter) for letter in scene.plane)
@@ -155,6 +168,21 @@ class Stage:
         axes.set(xlabel=f"${scene.plane[0]}${scene.unit}", ylabel=f"${scene.plane[1]}${scene.unit}")
         ink_ticks(axes)
         return axes
+
+    def _add_bar(self, paint: Paint, inches: tuple[float, float], bottom: float) -> None:
+        height = 0.6 * (inches[1] - bottom - _TOP)
+        low = bottom + 0.5 * (inches[1] - bottom - _TOP - height) + 0.1
+        axes = self._figure.add_axes(self._box((inches[0] - _BAR + 0.25, low, 0.1, height)))
+        bar = self._figure.colorbar(paint.mappable(), cax=axes)
+        bar.set_label(paint.label)
+        bar.outline.set_linewidth(0.4)  # pyright: ignore[reportCallIssue]
+        ink_ticks(axes)
+        # the label may be longer than the bar, but never than the picture beside it
+        label = axes.yaxis.label
+        long = label.get_window_extent(self._canvas.get_renderer()).height / self._scene.dpi
+        most = 2.0 * min(low + 0.5 * height - bottom, inches[1] - low - 0.5 * height) - 0.05
+        if long > most:
+            label.set_fontsize(float(label.get_fontsize()) * most / long)
 
     def _box(self, inches: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
         width, height = self._figure.get_size_inches()
@@ -168,7 +196,7 @@ class Stage:
         for azimuth in np.linspace(0.0, 360.0, _TRIED, endpoint=False) if scene.turns else [None]:
             parts.look(axes, parts.AZIMUTH if azimuth is None else float(azimuth))
             limits = (scene.low, scene.high)
-            zooms.append(parts.fit(axes, *limits, margin=not scene.turns, shown=scene.hull))
+            zooms.append(parts.fit(axes, *limits, margin=self._labelled, shown=scene.hull))
         self._zoom = min(zooms)
 
     def _add_strip(self, inches: tuple[float, float]) -> tuple[Any, Any]:
@@ -218,6 +246,6 @@ class Stage:
         ]
         cell = parts.Cell(box, scene.lengths, shot.slant)
         drawn = parts.draw_cell(axes, cell)
-        if not scene.turns:
+        if self._labelled:
             drawn += parts.label_edges(axes, cell, scene.unit)
         return [*drawn, parts.draw_fibers(axes, shot.points, self._colours(shot))]

@@ -17,7 +17,7 @@ from stokesfibers.plot.case import offset, periods
 from stokesfibers.plot.geometry import wrapped
 from stokesfibers.plot.solid import AZIMUTH, Cell, Floats, outermost
 from stokesfibers.plot.theme import THEMES
-from stokesfibers.studio.frames import Scene, Shot, Strip
+from stokesfibers.studio.frames import Scene, Shot, Strip, has_room, most_dpi
 from stokesfibers.studio.movie_files import write_frames, writer
 from stokesfibers.studio.movie_workers import frames
 
@@ -32,6 +32,8 @@ _FLAT = 1e-6  # extent across a plane, over the largest, below which shapes lie 
 _MARGIN = 0.06
 _FRAMES_EACH = 12  # fewer frames than this are not worth a process
 _SMALLEST, _LARGEST = 160, 4096
+_USUAL_DPI, _USUAL_PIXELS = 150, 1280 * 720
+_LEAST_DPI = 72  # text of 7.5 points is then 7.5 pixels high
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,9 @@ class Film:
     size
         Width and height in pixels, even numbers.
     dpi
-        Pixels per inch: how large text and lines are.
+        Pixels per inch: how large text and lines are. Default: 150 at 1280 x 720, and as the root
+        of the number of pixels, but at least 72, so that text stays legible. In a picture that is
+        too small for them the series below and the colour bar are left out.
     colour
         What colours show: tension, curvature, orientation, fiber, or None.
     first, last
@@ -69,7 +73,7 @@ class Film:
     fps: float = 25.0
     duration: float | None = None
     size: tuple[int, int] = (1280, 720)
-    dpi: int = 150
+    dpi: int | None = None
     colour: paint.Colour | None = "tension"
     first: float | None = None
     last: float | None = None
@@ -86,7 +90,11 @@ class Film:
         for side in self.size:
             if checks.whole("size", side, _SMALLEST) % 2 or side > _LARGEST:
                 raise InputError("size", f"even numbers from {_SMALLEST} to {_LARGEST}", self.size)
-        checks.whole("dpi", self.dpi, 40)
+        if self.dpi is not None:
+            checks.whole("dpi", self.dpi, 40)
+            if self.dpi > (most := most_dpi(self.size)):
+                width, height = self.size
+                raise InputError("dpi", f"at most {most} for {width}x{height} pixels", self.dpi)
         checks.finite("orbit", self.orbit)
         paint.checked(self.colour)
         for name, known in (("view", ("auto", "plane", "3d")), ("ground", tuple(THEMES))):
@@ -94,6 +102,13 @@ class Film:
                 raise InputError(name, f"one of {', '.join(known)}", repr(getattr(self, name)))
         if self.workers is not None:
             checks.whole("workers", self.workers, 1)
+
+    @property
+    def resolution(self) -> int:
+        """Pixels per inch, chosen by the size if they are not given."""
+        pixels = self.size[0] * self.size[1]
+        usual = round(_USUAL_DPI * (pixels / _USUAL_PIXELS) ** 0.5)
+        return self.dpi or min(max(_LEAST_DPI, usual), most_dpi(self.size))
 
 
 def movie(
@@ -208,7 +223,7 @@ def _scene(data: xr.DataTree, film: Film, records: list[int]) -> Scene:
     low, high = hull.min(axis=0), hull.max(axis=0)
     return Scene(
         film.size,
-        film.dpi,
+        film.resolution,
         film.ground,
         plane,
         low,
@@ -249,6 +264,10 @@ def _roomy(low: Floats, high: Floats, lengths: Floats, *, flat: bool) -> tuple[F
 
 def _strip(data: xr.DataTree, film: Film) -> Strip | None:
     name = film.series
+    if name not in ("auto", "none") and not has_room(film.size, film.resolution)[0]:
+        width, height = film.size
+        hint = "Make it higher, text smaller (dpi), or leave the series out (series none)."
+        raise InputError("size", "room for the series below", f"{width}x{height} pixels", hint)
     if name == "auto":
         stored = select.numbers(data, "trajectory", "time")
         bends = select.energy_at(data, stored) is not None

@@ -93,8 +93,8 @@ def test_a_suspension_in_a_cell_is_sliced(case, invoke):
     [
         ("energy", ["--time", 0.1], "--time: expected KIND shapes or panels or tension"),
         ("3d", ["--time", 0, "--time", 0.1], "--time: expected one value for KIND 3d, got 2"),
-        ("3d", ["--color", "speed"], "--color: expected one of tension, curvature"),
-        ("tension", ["--fiber", 1], "--fiber: expected fiber numbers from 0 to 0, got 1"),
+        ("3d", ["--color", "speed"], "or none for one colour, got 'speed'"),
+        ("tension", ["--fiber", 1], "--fiber: expected 0, the only fiber, got 1"),
         ("averages", ["--after", 0.25], "--after: expected a time with four records after it"),
         ("averages", ["--block", 9], "--block: expected a time up to"),
         ("speed", [], "or the name of an observable of the run, got 'speed'"),

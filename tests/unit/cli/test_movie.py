@@ -35,7 +35,8 @@ def test_a_gif_is_written_with_the_choices_given(run, invoke):
     [
         (["a.avi"], "OUT: expected a file name ending in .mp4 or .gif"),
         (["a.gif", "--size", "big"], "--size: expected WIDTHxHEIGHT"),
-        (["a.gif", "--color", "speed"], "--color: expected one of tension"),
+        (["a.gif", "--color", "speed"], "or none for one colour, got 'speed'"),
+        (["a.gif", "--size", "320x180", "--series", "shear_stress"], "--size: expected room"),
         (["a.gif", "--to", 9.0], "times between 0 and 0.256"),
         (["a.gif", "--series", "speed"], "observables.speed"),
     ],

@@ -60,6 +60,32 @@ def test_default_records_are_spread_without_energy_or_visible_bending(run):
     assert select.pick_records(still, None).tolist() == even
 
 
+def test_default_records_are_spread_where_fibers_bend_from_the_start_or_all_along(run):
+    even = np.round(np.linspace(0, 40, 8)).astype(int).tolist()
+    observed = run["observables"]["time"].to_numpy()
+    relaxing, tumbling = run.copy(deep=True), run.copy(deep=True)
+    relaxing["observables"]["elastic_energy"][:, 0] = np.exp(-20.0 * observed)
+    assert select.pick_records(relaxing, None).tolist() == even
+    tumbling["observables"]["elastic_energy"][:, 0] = np.sin(0.1 * np.pi * observed) ** 2
+    assert select.pick_records(tumbling, None).tolist() == even
+
+
+@pytest.mark.parametrize(
+    ("value", "written"),
+    [
+        (0.0, "0"),
+        (47.616, "47.616"),
+        (0.00114, "0.00114"),
+        (1e-4, r"1\times10^{-4}"),
+        (-2.5e-5, r"-2.5\times10^{-5}"),
+        (1.5e9, r"1.5\times10^{9}"),
+        (1e10, r"1\times10^{10}"),
+    ],
+)
+def test_numbers_in_formulas(value, written):
+    assert select.digits(value) == written
+
+
 def test_a_short_run_is_drawn_whole(run):
     short = xr.DataTree.from_dict({"/trajectory": run["trajectory"].to_dataset().isel(time=[0, 9])})
     assert select.pick_records(short, None).tolist() == [0, 1]
@@ -71,6 +97,11 @@ def test_fibers_are_numbers_that_exist():
     for bad in (3, -1, [], [0.5]):
         with pytest.raises(InputError, match="from 0 to 2"):
             select.pick_fibers(3, bad)
+    with pytest.raises(InputError, match="expected 0, the only fiber, got 3") as caught:
+        select.pick_fibers(1, (3,))
+    assert "(3,)" not in str(caught.value)
+    with pytest.raises(InputError, match="from 0 to 2, got 1, 5"):
+        select.pick_fibers(3, [1, 5])
 
 
 def test_missing_arrays_and_groups_are_named(run):

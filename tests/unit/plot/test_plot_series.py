@@ -66,7 +66,7 @@ def test_what_is_no_stored_scalar_is_refused(name, run):
 
 
 def test_fibers_that_do_not_exist_are_refused(run):
-    with pytest.raises(InputError, match="from 0 to 0"):
+    with pytest.raises(InputError, match="expected 0, the only fiber"):
         plot.series(run, "elastic_energy", fiber=1)
     with pytest.raises(InputError, match="no value per fiber"):
         plot.series(run, "shear_stress", fiber=0)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
+import xarray as xr
 
 from stokesfibers import plot
 from stokesfibers.core.errors import InputError
@@ -111,6 +114,11 @@ def test_panels_have_one_shape_a_title_and_one_scale(run):
         assert ax.get_aspect() == 1.0
     assert axes[0].figure.get_supxlabel() == "$x$ [length]"
     assert axes[0].get_ylabel() == "$y$ [length]"
+    axes[0].figure.canvas.draw()
+    ticks = [*axes[0].xaxis.get_ticklabels(), *axes[0].yaxis.get_ticklabels()]
+    numbers = [tick.get_text() for tick in ticks]
+    assert "0" in numbers
+    assert not any(number.endswith("0") and "." in number for number in numbers)
 
 
 def test_many_panels_fill_rows_and_no_spare_is_left(run):
@@ -118,6 +126,60 @@ def test_many_panels_fill_rows_and_no_spare_is_left(run):
     assert len(axes) == 10
     assert len(axes[0].figure.axes) == 10
     assert len(plot.shape_panels(run)) == 8
+
+
+def test_panels_show_whole_fibers_in_the_cell_as_it_is_sheared(pair):
+    period = (1.0, 0.8, 0.0)
+    pair.attrs["case"] = json.dumps({"domain": {"kind": "sheared", "periods": period}})
+    observed = pair["observables"].to_dataset()
+    strain = 0.3 * observed["time"].to_numpy() / 10.0
+    pair["observables"] = xr.DataTree(observed.assign(strain=("time", strain)))
+    position = pair["trajectory"]["position"].to_numpy()
+    for ax, record in zip(plot.shape_panels(pair, times=[0.0, 10.0]), (0, 40), strict=True):
+        outline, *lines = ax.get_lines()
+        slid = 0.8 * 0.3 * record / 40
+        corners = [[0, 0], [1, 0], [1 + slid, 0.8], [slid, 0.8], [0, 0]]
+        np.testing.assert_allclose(outline.get_xydata(), corners, atol=1e-12)
+        assert len({line.get_color() for line in (outline, *lines)}) == 3
+        for fiber, line in enumerate(lines):
+            drawn = line.get_xydata()
+            moved = drawn - position[record, fiber, :, :2]
+            assert np.ptp(moved, axis=0) == pytest.approx([0.0, 0.0], abs=1e-12)
+            x, y = drawn[10]
+            assert 0.0 <= y <= 0.8
+            assert 0.0 <= x - slid * y / 0.8 <= 1.0
+    (ax,) = plot.shape_panels(pair, times=[10.0], plane="xz")
+    box = ax.get_lines()[0].get_xydata()
+    assert set(box[:, 0]) == {0.0, 1.0}
+    for line in ax.get_lines()[1:]:
+        assert 0.0 <= line.get_xydata()[10, 0] <= 1.0
+
+
+def test_many_fibers_in_a_panel_are_one_line(crowd):
+    for ax in plot.shape_panels(crowd, times=[5.0, 6.0]):
+        assert len(ax.get_lines()) == 1
+
+
+def test_fibers_that_fall_far_are_drawn_about_their_centre(pair):
+    pair["trajectory"]["position"][..., 1] -= 40.0 * pair["trajectory"]["time"]
+    position = pair["trajectory"]["position"].to_numpy()
+    own = position[24, ..., :2] - position[24, ..., :2].mean(axis=(0, 1))
+    axes = plot.shape_panels(pair, times=[0.0, 6.0])
+    for fiber, line in enumerate(axes[1].get_lines()):
+        np.testing.assert_allclose(line.get_xydata(), own[fiber], atol=1e-12)
+    assert axes[0].get_ylabel() == "$y - y_c$\n[length]"
+    over = plot.shapes(pair, times=[0.0, 6.0])
+    np.testing.assert_allclose(over.get_lines()[1].get_xydata()[:21], own[0], atol=1e-12)
+    assert over.get_xlabel() == "$x - x_c$ [length]"
+    assert np.ptp(over.get_ylim()) < 2.0
+
+
+def test_small_times_are_written_with_a_power_of_ten(run):
+    held = run["trajectory"].to_dataset()
+    run["trajectory"] = xr.DataTree(held.assign_coords(time=held["time"] * 8e-5))
+    assert plot.shape_panels(run, times=[2e-5])[0].get_title() == r"$t = 2\times10^{-5}$"
+    assert legend_texts(plot.shapes(run, times=[0.0, 1.2e-4])) == ["0", r"$1.2\times10^{-4}$"]
+    assert legend_texts(plot.tension(run, times=[2e-5])) == [r"$2\times10^{-5}$"]
 
 
 def test_tension_lines_are_the_stored_ones(pair):
@@ -139,7 +201,7 @@ def test_tension_is_drawn_at_the_times_of_the_shapes(run):
 
 
 def test_tension_refuses_what_is_not_stored(run):
-    with pytest.raises(InputError, match="from 0 to 0"):
+    with pytest.raises(InputError, match="expected 0, the only fiber, got 1"):
         plot.tension(run, fiber=1)
     with pytest.raises(InputError, match="between 0 and 10"):
         plot.tension(run, times=[11.0])

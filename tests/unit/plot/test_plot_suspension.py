@@ -243,4 +243,4 @@ def test_a_slice_refuses_what_it_cannot_draw():
     with pytest.raises(InputError, match="finite"):
         plot.velocity_slice(x, y, np.full_like(u, np.nan))
     with pytest.raises(InputError, match="node"):
-        plot.velocity_slice(x, y, u, fibers=[np.zeros((4, 4))])
+        plot.velocity_slice(x, y, u, fibers=[np.zeros((4, 5))])

@@ -13,7 +13,7 @@ from PIL import Image
 from stokesfibers.core.errors import InputError, MissingExtraError, StokesFibersError
 from stokesfibers.plot.solid import Cell, seen_at
 from stokesfibers.studio import movie_workers
-from stokesfibers.studio.frames import Stage
+from stokesfibers.studio.frames import Stage, has_room
 from stokesfibers.studio.movie import Film, _records, _scene, _shots, movie
 
 SMALL = (320, 240)
@@ -158,6 +158,69 @@ def test_what_is_seen_fills_the_picture_and_nothing_is_cut_off(orbit):
     assert tall > 0.53 * 480
 
 
+@pytest.mark.parametrize(
+    ("size", "dpi"),
+    [
+        ((1280, 720), 150),
+        ((640, 360), 75),
+        ((720, 1280), 150),
+        ((320, 180), 72),
+        ((3840, 2160), 450),
+        ((160, 4096), 100),
+    ],
+)
+def test_text_follows_the_size_but_stays_legible(size, dpi):
+    assert Film(size=size).resolution == dpi
+    assert Film(size=size, dpi=90).resolution == 90
+
+
+@pytest.mark.parametrize("size", [(320, 180), (320, 240), (160, 160), (640, 360), (360, 640)])
+@pytest.mark.parametrize("dpi", [None, 95])
+def test_in_a_small_frame_the_picture_keeps_its_room(size, dpi):
+    data, choice = made_up(), Film(size=size, dpi=dpi, workers=1, series="auto")
+    stage = Stage(_scene(data, choice, _records(data, choice)))
+    (shot,) = _shots(data, choice, [3])
+    stage.draw(shot)
+    width, height = size
+    inside = stage._axes.get_window_extent()
+    assert min(inside.width, inside.height) > 0.3 * min(size)
+    strip, bar = has_room(size, choice.resolution)
+    assert len(stage._figure.axes) == 1 + strip + bar
+    renderer = stage._canvas.get_renderer()
+    for axes in stage._figure.axes:
+        for label in (axes.xaxis.label, axes.yaxis.label):
+            box = label.get_window_extent(renderer)
+            assert box.x0 >= 0.0
+            assert box.y0 >= 0.0
+            assert box.x1 <= width
+            assert box.y1 <= height
+
+
+def test_a_small_frame_leaves_out_what_has_no_room():
+    assert has_room((1280, 720), 150) == (True, True)
+    assert has_room((320, 180), 72) == (False, True)
+    assert has_room((160, 160), 72) == (False, False)
+    data = made_up()
+    small = film(size=(320, 180), dpi=95, series="shear_stress")
+    with pytest.raises(InputError, match="room for the series") as caught:
+        _scene(data, small, [0, 5])
+    assert caught.value.where == "size"
+    assert _scene(data, film(size=(320, 180), dpi=50, series="shear_stress"), [0, 5]).strip
+
+
+def test_a_small_cell_has_no_words_at_its_edges():
+    data = sheared()
+
+    def shown(dpi):
+        choice = film(size=(320, 240), dpi=dpi, series="none", colour=None)
+        stage = Stage(_scene(data, choice, [0, 5, 10]))
+        stage.draw(next(_shots(data, choice, [5])))
+        return [text for text in stage._axes.texts if text.get_text()]
+
+    assert shown(60)
+    assert not shown(100)
+
+
 @pytest.mark.parametrize("colour", ["tension", "curvature", "orientation", "fiber", None])
 def test_each_colour_draws_in_both_views(colour):
     for data in (made_up(2), sheared()):
@@ -223,6 +286,7 @@ def test_what_cannot_be_is_refused_before_a_frame_is_drawn(tmp_path, monkeypatch
             movie(made_up(), tmp_path / name)
     wrong = [{"size": (321, 240)}, {"size": (100, 240)}, {"fps": 0}, {"view": "flat"}]
     wrong += [{"duration": -1}, {"colour": "speed"}, {"ground": "grey"}, {"workers": 0}]
+    wrong += [{"dpi": 145, "size": (320, 180)}, {"dpi": 150, "size": (160, 160)}]
     for choice in wrong:
         with pytest.raises(InputError, match=next(iter(choice))):
             film(**choice)
