@@ -149,9 +149,9 @@ def test_quick_concentration(quick):
     assert np.all(np.diff(viscosity) > 0.0), "more fibers, more viscous"
     assert np.all(data["error"] >= 0.0)
     n1 = data["mean"].sel(quantity="n1").isel(period=0)
-    assert np.all(np.abs(n1.sel(kind="stiff")) < 0.05 * n1.sel(kind="flexible"))
+    assert np.all(np.abs(n1.sel(kind="stiff")) < 0.2 * n1.sel(kind="flexible"))
+    assert np.all(np.diff(n1.sel(kind="flexible")) > 0.0)
     assert float(data["bent"].sel(kind="stiff").max()) == 0.0
-    assert float(data["bent"].sel(kind="flexible").min()) > 0.3
     (alone,) = [row for row in reproduced.summary["rows"] if "dilute limit" in row["quantity"]]
     assert alone["verdict"] == "agrees"
 

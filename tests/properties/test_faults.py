@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import random
 import resource
+import signal
 import subprocess
 import sys
 import time
@@ -182,7 +183,13 @@ def test_ctrl_c_at_any_moment_ends_with_a_word_and_can_be_gone_on_with(count, ca
         out = tmp_path / f"run{k}.zarr"
         words = [sys.executable, "-c", PROGRAM, "run", str(case), "--out", str(out), "-q"]
         process = subprocess.Popen(
-            words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=0
+            words,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            bufsize=0,
+            # a shell that started the tests in the background had it ignored
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         )
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"
@@ -190,7 +197,7 @@ def test_ctrl_c_at_any_moment_ends_with_a_word_and_can_be_gone_on_with(count, ca
         while k % 2 and not out.exists() and time.monotonic() < end and process.poll() is None:
             time.sleep(0.001)
         time.sleep(chance.uniform(0.0, 0.4 if k % 2 else 1.5))
-        process.send_signal(2)
+        process.send_signal(signal.SIGINT)
         _, said = process.communicate(timeout=60)
         seen.append(process.returncode)
         assert "Traceback" not in said, said

@@ -199,7 +199,7 @@ class RunStore:
                 )
         self._mark(docs, marked, self._appended)
 
-    def truncate(self, lengths: Mapping[str, int]) -> None:
+    def truncate(self, lengths: Mapping[str, int], status: Mapping[str, Any] | None = None) -> None:
         """Drop the records behind the first ones; valid at once.
 
         Parameters
@@ -207,6 +207,8 @@ class RunStore:
         lengths
             Records to keep, by group. Groups not named keep all that was committed; what was
             appended since is dropped everywhere.
+        status
+            Of what is kept; None leaves the status as it is.
 
         Raises
         ------
@@ -222,11 +224,13 @@ class RunStore:
                     f"group {group} cannot be cut to {length} records: it has {have}, and the "
                     f"checkpoint goes with {least.get(group, 0)}"
                 )
-        kept = {**self._lengths, **lengths}
+        kept, marked = {**self._lengths, **lengths}, dict(self._marked)
+        if status is not None:
+            marked["status"] = marker.json_ready(marker.finite(status), "status")
         # The copies first: they must never call valid what is overwritten later.
         with disk_errors(self.path):
             marker.write_copies(self.path, marker.with_lengths(self._docs, kept))
-        self._mark(self._docs, self._marked, kept)
+        self._mark(self._docs, marked, kept)
 
     def checkpoint(self) -> Checkpoint | None:
         """Return the last checkpoint, or None if none was taken.

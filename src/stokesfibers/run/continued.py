@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 from stokesfibers.core.errors import StoreError
+from stokesfibers.core.status import Status
 from stokesfibers.core.tables import Table, choose
 from stokesfibers.fiber.initials import INITIALS
 from stokesfibers.io.checkpoint import Checkpoint
@@ -27,7 +28,7 @@ def stored_case(store: RunStore) -> Table:
 def continued(store: RunStore, stepper: AbstractStepper[C], checkpoint: Checkpoint) -> C:
     """Return the carry of a checkpoint; records behind it are dropped."""
     carry = stepper.restored(int(checkpoint.meta["step"]), checkpoint.arrays)
-    store.truncate(checkpoint.lengths)
+    store.truncate(checkpoint.lengths, Status("running", stepper.time(carry)).to_dict())
     return carry
 
 
@@ -41,7 +42,7 @@ def restarted(store: RunStore, stepper: AbstractStepper[C], case: Table) -> C:
             "Start it again, with overwrite.",
         )
     initial = choose(INITIALS, case["initial"], "initial")
-    store.truncate(dict.fromkeys(store.lengths, 0))
+    store.truncate(dict.fromkeys(store.lengths, 0), Status("running", 0.0).to_dict())
     problem = stepper.problem
     return first_carry(stepper, initial.curves(problem.fibers, problem.domain.lengths))
 

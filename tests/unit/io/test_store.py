@@ -203,6 +203,9 @@ def test_truncate_and_append_again(tmp_path: Path) -> None:
             store.truncate({"numerics": 15})
         store.truncate(saved.lengths)
         assert store.lengths == saved.lengths
+        assert RunStore.open(path).status == store.status == RUNNING
+        store.truncate(saved.lengths, {"code": "back"})
+        assert RunStore.open(path).status == store.status == {"code": "back"}
         assert_records(path, records(5))
         store.append(records(2, seed=3))
         assert_records(path, records(5))

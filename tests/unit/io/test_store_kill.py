@@ -44,7 +44,7 @@ def write(path, resume, report):
         store = RunStore.open(path, "a")
         saved = store.checkpoint()
         commits = saved.meta["commits"] if saved else 0
-        store.truncate(grown(commits))
+        store.truncate(grown(commits), {"commits": commits})
     else:
         dims = {"x": ("node", "space"), "e": ("fiber",), "time": ()}
         arrays = {
