@@ -14,6 +14,7 @@ import numpy as np
 from stokesfibers.core.arrays import Array
 from stokesfibers.domain import Sheared
 from stokesfibers.domain.neighbours import Closest, closest
+from stokesfibers.load import NoLoad
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.slender.discrete import DiscreteFiber
 from stokesfibers.slender.sampled import radii
@@ -51,8 +52,8 @@ def fiber_stress_direct(snapshot: Snapshot) -> Array:
 @lru_cache(maxsize=1)  # several observables of a moment are parts of it
 def extra_stress(snapshot: Snapshot) -> Array:
     """Return the sum of the fibers' stresses and of the load's, (3, 3)."""
-    load = snapshot.surroundings.load.stress(snapshot.loaded)
-    return fiber_stress(snapshot).sum(axis=0) + load
+    own, load = fiber_stress(snapshot).sum(axis=0), snapshot.surroundings.load
+    return own if isinstance(load, NoLoad) else own + load.stress(snapshot.loaded)
 
 
 def particle_stress(snapshot: Snapshot) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -107,20 +107,20 @@ class Snapshot:
         """Curvature squared, (fiber, node)."""
         return np.einsum("fin,fin->fn", self.xss, self.xss)
 
-    @cached_property
+    @property
     def weights(self) -> Nodal:
         """Quadrature weights in arclength, (fiber, node)."""
-        return np.stack([f.grid.weights for f in self.fibers])
+        return _of_all(self.fibers)[0]
 
-    @cached_property
+    @property
     def lengths(self) -> Array:
         """L of each fiber, (fiber,)."""
-        return np.array([f.grid.length for f in self.fibers])
+        return _of_all(self.fibers)[1]
 
-    @cached_property
+    @property
     def rigidities(self) -> Array:
         """E of each fiber, (fiber,)."""
-        return np.array([f.rigidity for f in self.fibers])
+        return _of_all(self.fibers)[2]
 
     @property
     def positions(self) -> Positions:
@@ -136,3 +136,16 @@ class Snapshot:
     def integrate(self, values: Array) -> Array:
         """Return the integrals over arclength of nodal values (fiber, ..., node), (fiber, ...)."""
         return np.einsum("f...n,fn->f...", values, self.weights)
+
+
+@lru_cache(maxsize=8)  # a run is looked at often, and its fibers stay the same
+def _of_all(fibers: tuple[SampledFiber, ...]) -> tuple[Nodal, Array, Array]:
+    """Return quadrature weights (fiber, node), lengths and rigidities (fiber,)."""
+    found = (
+        np.stack([f.grid.weights for f in fibers]),
+        np.array([f.grid.length for f in fibers]),
+        np.array([f.rigidity for f in fibers]),
+    )
+    for values in found:
+        values.flags.writeable = False
+    return found

@@ -19,7 +19,7 @@ from stokesfibers.slender.mobility import AbstractMobility, LocalOperator
 from stokesfibers.slender.sampled import Shape
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DiscreteFiber:
     """Grid, local operator and finite-part weights of one kind of fiber.
 

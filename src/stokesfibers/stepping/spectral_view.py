@@ -13,7 +13,7 @@ from stokesfibers.slender.sampled import Shape
 from stokesfibers.slender.spectral import SpectralFiber
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ShownFiber:
     """One kind of fiber on Chebyshev points.
 
