@@ -37,7 +37,7 @@ class Page:
             if numbers.exists():
                 summary = json.loads(numbers.read_text(encoding="utf-8"))
                 parts.append(
-                    f"## {summary['title']}\n\n`stokesfibers reproduce {name}`\n\n"
+                    f"## {name}: {summary['title']}\n\n`stokesfibers reproduce {name}`\n\n"
                     f"![{summary['title']}](../images/{name}.png)\n\n{table(summary)}\n"
                 )
         return "\n".join(parts)
