@@ -52,7 +52,7 @@ def served(cell_run):
     finally:
         process.send_signal(signal.SIGINT)
         try:
-            process.communicate(timeout=30)
+            process.communicate(timeout=90)
         except subprocess.TimeoutExpired:
             process.kill()
             process.communicate()
@@ -86,7 +86,7 @@ def test_page_and_data_are_served_to_this_machine_only(served):
     for port in ports(page):
         assert hosts[port] == "0100007F"  # 127.0.0.1
     process.send_signal(signal.SIGINT)
-    process.communicate(timeout=30)
+    process.communicate(timeout=90)
     assert process.returncode == 0
     assert not any(answers(port) for port in ports(page))
 
@@ -95,7 +95,7 @@ def test_page_and_data_are_served_to_this_machine_only(served):
 def test_no_viewer_stays_behind_after_a_request_to_end(served):
     process, page = served
     process.send_signal(signal.SIGTERM)
-    process.communicate(timeout=30)
+    process.communicate(timeout=90)
     assert process.returncode == 0
     assert not any(answers(port) for port in ports(page))
 
