@@ -123,12 +123,13 @@ def view_run(
 def _sent_to(viewer: ViewerProcess, show: Show) -> Iterator[Any]:
     """Give a recording stream into the viewer; close it before the viewer goes."""
     stream = show.rr.RecordingStream(APPLICATION)
-    stream.connect_grpc(viewer.sink, default_blueprint=show.blueprint)
-    try:
-        yield stream
-    except RuntimeError:
-        if viewer.lives():
-            raise  # else the user closed it, and what was sent then is lost with it
+    try:  # a stream that an interrupt leaves connected waits, at the end, for a viewer that is gone
+        stream.connect_grpc(viewer.sink, default_blueprint=show.blueprint)
+        try:
+            yield stream
+        except RuntimeError:
+            if viewer.lives():
+                raise  # else the user closed it, and what was sent then is lost with it
     finally:
         if viewer.lives():
             stream.disconnect()
