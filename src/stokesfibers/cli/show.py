@@ -63,7 +63,9 @@ def _say(facts: dict[str, Any], run: Path) -> None:
             click.echo(f"  {text.rstrip('.')}.")
     if facts["damaged"]:
         click.secho("damaged", fg="red", bold=True, nl=False)
-        click.echo(f": values changed or went after the run; {_count(facts)}, named below")
+        click.echo(
+            f": values changed or went after the run; {_count(facts['damaged'])}, named below"
+        )
     _say_trust(status, watched=any(e["name"] == "energy_error" for e in facts["extremes"]))
     heading("Records")
     lines(_record_rows(facts))
@@ -108,7 +110,7 @@ def _say_damage(damaged: list[dict[str, Any]], run: Path) -> None:
     """Print which values are lost, to standard error."""
     if not damaged:
         return
-    complain(f"{run}: {_count({'damaged': damaged})}. What is lost:")
+    complain(f"{run}: {_count(damaged)}. What is lost:")
     for one in damaged:
         first, last = one["records"]
         lost = f"records {first} to {last - 1} of {one['array']}"
@@ -118,8 +120,8 @@ def _say_damage(damaged: list[dict[str, Any]], run: Path) -> None:
     click.echo("  All else can be read. Put the files back from a copy if there is one.", err=True)
 
 
-def _count(facts: dict[str, Any]) -> str:
-    return plural(len(facts["damaged"]), "damaged chunk")
+def _count(damaged: list[dict[str, Any]]) -> str:
+    return plural(len(damaged), "damaged chunk")
 
 
 def _facts(run: Path) -> dict[str, Any]:

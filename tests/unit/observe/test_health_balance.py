@@ -17,10 +17,13 @@ from stokesfibers.observe.balance import (
     torque_error,
 )
 from stokesfibers.observe.snapshot import Snapshot
+from stokesfibers.run import health_motion
 from stokesfibers.run.health_motion import balance_of
+from stokesfibers.run.health_nodes import MoreNodes
 from stokesfibers.run.moment import snapshot
 from stokesfibers.run.start import first_carry
 from stokesfibers.slender.discrete import DiscreteFiber
+from stokesfibers.slender.spectral_forces import resisted_forces
 from stokesfibers.stepping.engines import stepper_of
 from support import assert_close, free_end_curve
 
@@ -211,3 +214,27 @@ def test_power_balances_between_two_fibers(engine, share, off):
     size = abs(balance.flow_power) + abs(balance.dissipation)
     assert abs(balance.residual) < share * size
     assert balance.defect < off * balance.pace
+
+
+def test_the_operator_on_more_nodes_takes_the_place_of_the_run_s_own(monkeypatch):
+    """If it makes up for what the run's motion is off, nothing is left; sign and drag count."""
+    problem, curve = _bent(SPECTRAL)
+    stepper, carry = _after(problem, curve, 4)
+    own = {}
+    monkeypatch.setattr(health_motion, "resisted_forces", _kept(resisted_forces, own))
+    monkeypatch.setattr(MoreNodes, "lasting", lambda _, off, *_rest: own.setdefault("off", off))
+    unit = problem.fibers[0].rigidity
+    monkeypatch.setattr(MoreNodes, "resisted", lambda *_: unit * own["found"])
+    assert balance_of(stepper, 1)(carry).defect > 0.0
+    made_up = unit * own["found"] - problem.drag * own["off"]
+    monkeypatch.setattr(MoreNodes, "resisted", lambda *_: made_up)
+    monkeypatch.setattr(MoreNodes, "lasting", lambda _, off, *_rest: off)
+    assert balance_of(stepper, 1)(carry).defect < 1e-9 * np.abs(own["off"]).max()
+
+
+def _kept(function, into):
+    def called(*arguments):
+        into["found"] = function(*arguments)
+        return into["found"]
+
+    return called
