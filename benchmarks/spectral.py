@@ -30,7 +30,7 @@ PARTS = (
     ("assembly", kernels, "increment_system"),
     ("LU factors", spectral_solve, "_factored"),
     ("substitution", spectral_solve, "_solved"),
-    ("error norms", kernels, "step_norms"),
+    ("error norms", kernels, "step_errors"),
 )
 
 

@@ -23,6 +23,7 @@ _OPTIONS = {
 }
 # Inlined and uncached parts, so that a kernel rounds alike whether fresh or from the cache.
 _PART = {**_OPTIONS, "cache": False, "forceinline": True}
+_AS_WRITTEN = {**_PART, "fastmath": False}
 
 
 @njit(**_PART)
@@ -263,16 +264,35 @@ def _norms(weights, scales, history, fresh, transposed, work, out):
             work[:, :2] = 0.0
 
 
-@njit(**_OPTIONS)
-def step_norms(weights, scales, history, fresh, table):
-    """Return the largest shift and bend of differences from predictions, and of `fresh` itself.
+@njit(**_AS_WRITTEN)
+def _raise_to_ratios(worst, norms, allowed, least_bend):
+    shift, bend, rounding = allowed
+    size, bent = norms[-1, 0], norms[-1, 1]
+    if bent < least_bend:
+        bent = least_bend
+    if size < 1.0:
+        size = 1.0
+    bent = bend * bent + rounding * size
+    for r in range(worst.size):
+        for error in (norms[r, 0] / shift, norms[r, 1] / bent):
+            if error > worst[r] or error != error:  # NaN stays NaN
+                worst[r] = error
 
-    For each fiber, row r of the result (fiber, row, 2) is for ``scales[r] (fresh - sum_j weights[r,
-    j] history[j])``, the last row for `fresh`. The bend is the shift without its rigid modes 0 and
-    1: rounding shows least in it. `table` (N, N) holds the position modes at the nodes.
+
+@njit(**_OPTIONS)
+def step_errors(weights, scales, history, fresh, table, allowed, least_bends):
+    """Return ``scales[r] (fresh - sum_j weights[r, j] history[j])`` over what is allowed, (r,).
+
+    The largest of all fibers counts. A shift, the largest distance at a node, may be allowed[0] of
+    the length. A bend, the shift without its rigid modes 0 and 1, may be allowed[1] of that of
+    `fresh` (fiber, 3, N), or of `least_bends` (fiber,) if that is more, and the rounding allowed[2]
+    besides: rounding shows least in it. `table` (N, N) holds the position modes at the nodes. NaN
+    stays NaN.
     """
-    out = np.empty((fresh.shape[0], weights.shape[0] + 1, 2))
+    rows = weights.shape[0]
+    norms, worst = np.empty((rows + 1, 2)), np.zeros(rows)
     work, transposed = np.empty(fresh.shape[1:]), np.ascontiguousarray(table.T)
     for k in range(fresh.shape[0]):
-        _norms(weights, scales, history[k], fresh[k], transposed, work, out[k])
-    return out
+        _norms(weights, scales, history[k], fresh[k], transposed, work, norms)
+        _raise_to_ratios(worst, norms, allowed, least_bends[k])
+    return worst

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from stokesfibers.core.arrays import Array
 from stokesfibers.numerics.legendre import gauss_legendre, legendre_values
@@ -71,13 +70,12 @@ class ShapeFreeWeights:
         """Number of nodes."""
         return self.delta.size
 
-    def remainder(self, ratio: ArrayLike) -> Array:
-        """Return the relative error of the kernel where the series has the `ratio` z, (...)."""
+    def remainder(self, ratio: float) -> float:
+        """Return the relative error of the kernel where the series has the `ratio` z."""
+        if not ratio < 1.0:
+            return float("inf")
         kept = self.corrections.shape[0]
-        z = np.asarray(ratio, dtype=float)
-        first = abs(binomials(kept + 1)[-1]) * z ** (kept + 1)
-        left = 1.0 - z
-        return np.divide(first, left, out=np.full_like(z, np.inf), where=left > 0.0)
+        return abs(float(binomials(kept + 1)[-1])) * ratio ** (kept + 1) / (1.0 - ratio)
 
 
 def shape_free_weights(delta: Array) -> ShapeFreeWeights:

@@ -90,17 +90,17 @@ class Snapshot:
     @cached_property
     def x(self) -> Array:
         """Positions, component first, (fiber, 3, node)."""
-        return np.stack([shape.x for shape in self.shapes])
+        return _stacked([shape.x for shape in self.shapes])
 
     @cached_property
     def xs(self) -> Array:
         """Tangents, (fiber, 3, node)."""
-        return np.stack([shape.xs for shape in self.shapes])
+        return _stacked([shape.xs for shape in self.shapes])
 
     @cached_property
     def xss(self) -> Array:
         """Second derivatives, (fiber, 3, node)."""
-        return np.stack([shape.xss for shape in self.shapes])
+        return _stacked([shape.xss for shape in self.shapes])
 
     @cached_property
     def bend(self) -> Nodal:
@@ -136,6 +136,10 @@ class Snapshot:
     def integrate(self, values: Array) -> Array:
         """Return the integrals over arclength of nodal values (fiber, ..., node), (fiber, ...)."""
         return np.einsum("f...n,fn->f...", values, self.weights)
+
+
+def _stacked(values: list[Array]) -> Array:
+    return values[0][None] if len(values) == 1 else np.stack(values)
 
 
 @lru_cache(maxsize=8)  # a run is looked at often, and its fibers stay the same

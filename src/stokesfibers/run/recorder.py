@@ -139,7 +139,8 @@ class Recorder(Generic[C]):
         """Return the observables of a moment, with those of the run's health."""
         records = observable_records(moment)
         found = records | self._health.observed(records)
-        return {name: values for name, values in found.items() if name in self._sink.names}
+        held = self._sink.names
+        return {name: values for name, values in found.items() if name in held}
 
     def _due(self, interval: float, before: float, end: float) -> list[float]:
         """Return the times to record: the due ones themselves if dense, else the step's end."""

@@ -43,15 +43,22 @@ class Resolution:
     ----------
     error
         Estimated error of each shape through lack of nodes, relative to the length, (...).
-    decay
-        Rate: the error falls like exp(-decay nodes); zero if the modes do not decay, (...).
+    middle
+        The same from the modes in the middle, (...).
     nodes
         Number of nodes.
     """
 
     error: Array
-    decay: Array
+    middle: Array
     nodes: int
+
+    @property
+    def decay(self) -> Array:
+        """Rate: the error falls like exp(-decay nodes); zero if the modes do not decay, (...)."""
+        falls = (self.middle > self.error) & (self.error > 0.0)
+        ratio = np.divide(self.middle, self.error, out=np.ones_like(self.error), where=falls)
+        return np.log(ratio) / (self.nodes - _TAIL - self.nodes // 2)
 
     def nodes_for(self, tolerance: float) -> NDArray[np.int64]:
         """Return the numbers of nodes, even ones, that would err by `tolerance`, (...)."""
@@ -235,11 +242,7 @@ class SpectralFiber:
         size = np.sqrt(np.square(modes).sum(axis=-2)) * self._mode_sizes
         tail = size[..., -_TAIL:].max(axis=-1)
         middle = size[..., half : half + _TAIL].max(axis=-1)
-        falls = (middle > tail) & (tail > 0.0)
-        ratio = np.divide(middle, tail, out=np.ones_like(tail), where=falls)
-        return Resolution(
-            _TAIL_TO_ERROR * tail, np.log(ratio) / (self.count - _TAIL - half), self.count
-        )
+        return Resolution(_TAIL_TO_ERROR * tail, _TAIL_TO_ERROR * middle, self.count)
 
     @cached_property
     def _mode_sizes(self) -> Array:

@@ -14,7 +14,7 @@ drift. More Newton passes repeat the step about its own result. Steps depend on 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
@@ -182,8 +182,15 @@ class SpectralStepper:
                     ratio=tried.ratio,
                 )
                 wall_time = (solving, perf_counter() - started - solving)
-                report = StepReport(ahead.time, size, order, wall_time, tries, tried.iterations)
-                return ahead, replace(report, **vars(tried.summed))
+                return ahead, StepReport(
+                    ahead.time,
+                    size,
+                    order,
+                    wall_time,
+                    tries,
+                    tried.iterations,
+                    **vars(tried.summed),
+                )
             size = verdict.size
         raise StepError(
             f"No step from t = {carry.time:.6g} succeeds, however short",
@@ -268,14 +275,17 @@ class SpectralStepper:
         for r, q in enumerate(orders):
             weights[r, : q + 1] = tried.predictors[q]
             scales[r] = bdf.error_factor(q, tried.offsets)
-        allowed = self.control.step_tolerance
-        norms = kernels.step_norms(
-            weights, scales, carry.modes, tried.state.modes, self.fibers[0].tables[0]
+        bend = self.control.step_tolerance
+        errors = kernels.step_errors(
+            weights,
+            scales,
+            carry.modes,
+            tried.state.modes,
+            self.fibers[0].tables[0],
+            (_SHARE * bend, bend, _NOISE),
+            self._least_bends,
         )
-        least = allowed * np.maximum(norms[:, -1, 1], self._least_bends)
-        bend = least + _NOISE * np.maximum(1.0, norms[:, -1, 0])
-        errors = np.maximum(norms[:, :-1, 0] / (_SHARE * allowed), norms[:, :-1, 1] / bend[:, None])
-        return dict(zip(orders, errors.max(axis=0).tolist(), strict=True))  # NaN stays NaN
+        return dict(zip(orders, errors.tolist(), strict=True))
 
     def _surroundings(self, modes: Array, t: float) -> Surroundings:
         """Return flow and load at the nodes."""

@@ -202,8 +202,8 @@ class SpectralRunStepper(AbstractStepper[Carry]):
         worst = 0.0
         on = self._on(_nodes(carry))
         for (fiber, which), found in zip(on.kinds, resolved, strict=True):
-            remainder = fiber.weights.remainder(carry.ratio[which])
-            worst = float(np.maximum(worst, np.maximum(found.error, remainder).max()))  # NaN wins
+            remainder = fiber.weights.remainder(float(carry.ratio[which].max()))
+            worst = float(np.maximum(found.error.max(), max(worst, remainder)))  # NaN wins
         return worst
 
 

@@ -42,17 +42,19 @@ class _Systems:
     """The assembled and factored equations of this rank's share of the fibers about one state.
 
     The first axis of all arrays is the share but for `scale` and `ratio`, which are of all fibers.
+    What `others` need, forces and what increments do to them, is held if there are any.
     """
 
-    def __init__(self, count: int, nodes: int, workers: Workers) -> None:
+    def __init__(self, count: int, nodes: int, workers: Workers, *, others: bool) -> None:
         self._workers = workers
         self.share = workers.team.share(count)
         own = len(self.share)
         self.right = np.empty((own, 4 * nodes - 1))
         self.scale, self.ratio = np.empty(count), np.empty(count)
-        self.force, self.resisted = np.empty((own, 3, nodes)), np.empty((own, 3, nodes))
-        self.mobility = np.empty((own, 6, nodes, nodes))
-        self.own = np.empty((own, nodes, nodes))
+        told = own if others else 0
+        self.force, self.resisted = np.empty((told, 3, nodes)), np.empty((told, 3, nodes))
+        self.mobility = np.empty((told, 6, nodes, nodes))
+        self.own = np.empty((told, nodes, nodes))
         self.tangent, self.curvature = np.empty_like(self.force), np.empty_like(self.force)
         self.factors = [(np.empty(0), np.empty(0))] * own
         self._nodes = nodes
@@ -70,6 +72,12 @@ class _Systems:
         out[self.rows] = rows
         self._workers.team.complete(out)
         return out
+
+    def tell(self, i: int, about: tuple[Array, ...]) -> None:
+        """Hold what others need of fiber `i` of the share, if there are any."""
+        if len(self.force):
+            self.force[i], self.resisted[i], self.mobility[i] = about[:3]
+            self.own[i], self.tangent[i], self.curvature[i] = about[3:]
 
     def solve(self, right: Array) -> Array:
         """Return A^-1 right, both (fiber of the share, 4 N - 1)."""
@@ -155,7 +163,8 @@ class IncrementSolver:
 
     def _assembled(self, state: State, rate: Array, around: Surroundings, how: Pass) -> _Systems:
         count = len(self._fibers)
-        systems = _Systems(count, self._fibers[0].count, self._workers)
+        others = self._interaction is not None
+        systems = _Systems(count, self._fibers[0].count, self._workers, others=others)
         scale, ratio = systems.scale[systems.rows], systems.ratio[systems.rows]
 
         def one(i: int) -> None:
@@ -172,8 +181,7 @@ class IncrementSolver:
                 self._drags[k],
                 *self._tables[k],
             )
-            systems.force[i], systems.resisted[i], systems.mobility[i] = about[:3]
-            systems.own[i], systems.tangent[i], systems.curvature[i] = about[3:]
+            systems.tell(i, tuple(about))
             lu, pivots, info = _factored(matrix.T, overwrite_a=True)
             if info > 0:
                 raise np.linalg.LinAlgError("the equations of a fiber are singular")

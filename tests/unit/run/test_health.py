@@ -14,7 +14,7 @@ import stokesfibers as sf
 from stokesfibers.cli.show import _say_trust
 from stokesfibers.config.case import load_case
 from stokesfibers.core.status import Reason, Status
-from stokesfibers.kernels.spectral import step_norms
+from stokesfibers.kernels.spectral import step_errors
 from stokesfibers.observe.balance import Balance
 from stokesfibers.run import simulate as simulate_module
 from stokesfibers.run.health import WEIGHED, Health, limits
@@ -373,15 +373,21 @@ def test_a_fiber_whose_resolution_is_lost_is_seen_beside_others():
         assert np.isnan(stepper._spatial_error(carry, resolved))
 
 
-def test_norms_of_steps_keep_what_is_not_a_number():
+def test_errors_of_steps_keep_what_is_not_a_number():
     """NaN at the first, a middle or the last node is not dropped by the largest of the others."""
-    fresh, history = np.ones((1, 3, 4)), np.ones((1, 2, 3, 4))
+    fresh, history = np.ones((2, 3, 4)), np.ones((2, 2, 3, 4))
+
+    def errors(table):
+        rows = np.ones((1, 2)), np.ones(1)
+        return step_errors(*rows, history, fresh, table, (0.1, 0.1, 1e-15), np.zeros(2))
+
     for node in range(4):
         table = np.eye(4)
         table[node, node] = np.nan
-        found = step_norms(np.ones((1, 2)), np.ones(1), history, fresh, table)
-        assert np.isnan(found[0, :, 0]).all()
-    assert np.isfinite(step_norms(np.ones((1, 2)), np.ones(1), history, fresh, np.eye(4))).all()
+        assert np.isnan(errors(table)).all()
+    assert np.isfinite(errors(np.eye(4))).all()
+    fresh[0, 0, 0] = np.nan
+    assert np.isnan(errors(np.eye(4))).all()
 
 
 def test_show_calls_no_failed_run_trusted(capsys):
