@@ -9,6 +9,7 @@ kernels compiled before, is to take less than 3 s from the start of the process 
 from __future__ import annotations
 
 import argparse
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -24,6 +25,8 @@ import stokesfibers as sf
 from stokesfibers.kernels import spectral as kernels
 from stokesfibers.stepping import spectral, spectral_solve
 from stokesfibers.stepping.spectral_run import SpectralRunStepper
+
+CASE = Path(__file__).parents[1] / "cases" / "buckling.toml"
 
 PARTS = (
     ("flow and load at the nodes", spectral.SpectralStepper, "_surroundings"),
@@ -104,30 +107,19 @@ def step_by_stage(nodes: int, repeats: int) -> float:
 
 def run_of_the_shell(repeats: int) -> None:
     """Print the wall time of the buckling case from the shell, process start included."""
-    program = [sys.executable, "-c", "from stokesfibers.cli.main import main; main()"]
+    program = [sys.executable, "-c", "from stokesfibers.cli.entry import main; main()"]
+    # as for a user, Python keeps the modules it has translated
+    surroundings = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     times = []
     with TemporaryDirectory() as folder:
         out = str(Path(folder) / "run.zarr")
-        case = Path(folder) / "case.toml"
-        case.write_text(SPECTRAL_CASE)
         for _ in range(repeats + 1):
             started = perf_counter()
-            words = [*program, "run", str(case), "--out", out, "--overwrite", "--quiet"]
-            subprocess.run(words, check=True)
+            words = [*program, "run", str(CASE), "--out", out, "--overwrite", "--quiet"]
+            subprocess.run(words, check=True, env=surroundings)
             times.append(perf_counter() - started)
     print("stokesfibers run of the buckling case, high-order engine")
     print(f"  first {times[0]:.2f} s, fastest of {repeats} more {min(times[1:]):.2f} s")
-
-
-SPECTRAL_CASE = """\
-engine = "spectral"
-fiber.slenderness = 1e-3
-fluid.mu_bar = 3e5
-flow = {kind = "shear", rate = 1.0}
-initial = {kind = "nearly_straight", amplitude = -1e-4}
-stepping = {rtol = 1e-4, until = 61.44}
-record = {positions_every = 0.256, observables_every = 0.0256}
-"""
 
 
 def main() -> None:
@@ -139,7 +131,7 @@ def main() -> None:
     with threadpool_limits(1, user_api="blas"):
         for nodes in options.nodes:
             step_by_stage(nodes, options.repeats)
-    run_of_the_shell(3)
+    run_of_the_shell(5)
 
 
 if __name__ == "__main__":
