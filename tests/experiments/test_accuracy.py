@@ -53,7 +53,7 @@ def test_goal_rows_fail_beyond_the_goal(reproduced):
     data = data.assign_coords(aim=[1e-3, 1e-5])
     for seconds, verdict in ((0.9, "agrees"), (1.1, "differs")):
         goals = np.array([accuracy_rows.GOALS[aim] for aim in (1e-3, 1e-5)])
-        data["aim_formulas"] = (("aim",), seconds * goals * data.attrs["unit_smallest"])
+        data["aim_formulas"] = seconds * goals * data["aim_unit"]
         rows = accuracy_rows.rows(data)
         costs = [row for row in rows if row.quantity.startswith("cost in LAPACK solves")]
         assert [row.verdict for row in costs] == [verdict] * 2
@@ -122,6 +122,7 @@ def test_costs_count_all_steps():
     assert found.whole >= found.formulas > 0.0
     assert 20 < found.steps < 400
     assert found.nodes == 16
+    assert 0.2 * found.unit < found.formulas, "a unit is a solve, not a run"
 
 
 def test_unit_is_a_solve_of_the_papers_system():

@@ -31,7 +31,7 @@ def figure(data: xr.Dataset) -> Figure:
         first = data.isel(case=0)
         aimed = {"marker": "*", "markersize": 7, "linestyle": "", "color": _look(data, 0)["color"]}
         aimed |= {"markeredgecolor": "white", "markeredgewidth": 0.4, "zorder": 4}
-        cost.loglog(first["aim_whole"] / unit, first["aim_error"], **aimed)
+        cost.loglog(first["aim_whole"] / first["aim_unit"], first["aim_error"], **aimed)
         steps.loglog(first["aim_steps"], first["aim_error"], **aimed)
         nodes.semilogy(first["aim_nodes"], first["aim_error"], **aimed)
         if not data.attrs["quick"]:
@@ -72,7 +72,7 @@ def _look(data: xr.Dataset, k: int) -> dict[str, Any]:
 
 def _draw_case(axes: Any, case: xr.Dataset, look: dict[str, Any], unit: float) -> None:
     cost, steps, nodes = axes
-    cost.loglog(case["rtol_whole"] / unit, case["rtol_error"], **_ENGINE, **look)
+    cost.loglog(case["rtol_whole"] / case["rtol_unit"], case["rtol_error"], **_ENGINE, **look)
     cost.loglog(case["paper_whole"] / unit, case["paper_shape"], **_SCHEME, **look)
     steps.loglog(case["rtol_steps"], case["rtol_error"], **_ENGINE, **look)
     steps.loglog(case["paper_steps"], case["paper_shape"], **_SCHEME, **look)

@@ -62,7 +62,7 @@ def _of_tolerances(case: xr.Dataset, data: xr.Dataset) -> list[Row]:
                 f"shape error, rtol = {rtol:.0e}, {label(case)}",
                 float(one["rtol_error"]),
                 high=_HONEST * rtol,
-                note=_cost_note(one, "rtol", data),
+                note=_cost_note(one, "rtol"),
             )
         )
     return found
@@ -72,9 +72,9 @@ def _of_aims(case: xr.Dataset, data: xr.Dataset) -> list[Row]:
     found = []
     for one in (case.isel(aim=k) for k in range(case.sizes["aim"])):
         aim = float(one["aim"])
-        units = float(one["aim_formulas"]) / data.attrs["unit_smallest"]
+        units = float(one["aim_formulas"] / one["aim_unit"])
         name = f"error {aim:.0e}, {label(case)}"
-        how = f"rtol = {float(one['aim_rtol']):g}; {_cost_note(one, 'aim', data)}"
+        how = f"rtol = {float(one['aim_rtol']):g}; {_cost_note(one, 'aim')}"
         found.append(
             Row(f"shape error of the run aimed at {name}", float(one["aim_error"]), high=aim)
         )
@@ -169,9 +169,8 @@ def _of_integral(case: xr.Dataset, quick: bool) -> list[Row]:
     ]
 
 
-def _cost_note(one: xr.Dataset, dim: str, data: xr.Dataset) -> str:
-    unit = data.attrs["unit_smallest"]
-    whole, formulas = float(one[f"{dim}_whole"]), float(one[f"{dim}_formulas"])
+def _cost_note(one: xr.Dataset, dim: str) -> str:
+    whole, formulas, unit = (float(one[f"{dim}_{n}"]) for n in ("whole", "formulas", "unit"))
     nodes, steps = int(one[f"{dim}_nodes"]), int(one[f"{dim}_steps"])
     return (
         f"{nodes} nodes, {steps} steps; {formulas:.3g} s ({formulas / unit:.0f} units), "

@@ -185,15 +185,17 @@ class Cost:
     Attributes
     ----------
     whole
-        Smallest wall time of all steps with the choice of nodes and all checks [s].
+        Wall time of all steps with the choice of nodes and all checks [s].
     formulas
-        Smallest wall time in the formulas of the steps alone, as in ``numerics/wall_time`` [s].
+        Wall time in the formulas of the steps alone, as in ``numerics/wall_time`` [s].
     steps
         Number of steps.
     rejected
         Number of steps that were tried again.
     nodes
         Nodes at the end, or intervals + 1.
+    unit
+        Smallest time of a bare solve right before and after, see `unit_times` [s].
     """
 
     whole: float
@@ -201,6 +203,7 @@ class Cost:
     steps: int
     rejected: int
     nodes: int
+    unit: float
 
 
 def solved(run: EngineRun) -> xr.DataTree:
@@ -216,20 +219,18 @@ def solved(run: EngineRun) -> xr.DataTree:
 
 
 def cost(run: EngineRun, repeats: int) -> Cost:
-    """Return what `run` costs without records: the smallest times of `repeats` runs.
+    """Return what `run` costs without records: the median of `repeats` runs, each in its unit.
 
-    Other work on the machine can only make a run slower; hence the smallest time.
+    A slow spell of the machine slows a run and its unit alike.
     """
-    found = [_timed(run) for _ in range(repeats)]
-    first = found[0]
-    whole, formulas = min(c.whole for c in found), min(c.formulas for c in found)
-    return Cost(whole, formulas, first.steps, first.rejected, first.nodes)
+    found = sorted((_timed(run) for _ in range(repeats)), key=lambda one: one.formulas / one.unit)
+    return found[repeats // 2]
 
 
 def _timed(run: EngineRun) -> Cost:
     problem = run.problem
     curves = run.initial.curves(problem.fibers, problem.domain.lengths)
-    reports = []
+    reports, units = [], [unit_times()]
     with threadpool_limits(limits=1):
         stepper = stepper_of(problem, threads=1)
         carry = stepper.start(curves)
@@ -240,7 +241,9 @@ def _timed(run: EngineRun) -> Cost:
         whole = perf_counter() - begun
     formulas = sum(sum(report.wall_time) for report in reports)
     rejected = sum(report.rejected for report in reports)
-    return Cost(whole, formulas, len(reports), rejected, reports[-1].nodes)
+    units.append(unit_times())
+    unit = float(np.min(units))
+    return Cost(whole, formulas, len(reports), rejected, reports[-1].nodes, unit)
 
 
 def unit_times() -> Array:
