@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,7 +17,9 @@ if TYPE_CHECKING:
     from stokesfibers.config.case import Case
     from stokesfibers.fiber.parameters import Fiber
     from stokesfibers.problem.doubt import Doubt
+    from stokesfibers.run.estimate import Cost
 
+_WEEK = 7.0 * 24.0 * 3600.0
 Row = tuple[str, ...]
 
 
@@ -145,6 +148,19 @@ def _say_doubts(found: tuple[Doubt, ...]) -> None:
         click.echo(f"    {doubt.compared}. {doubt.remedy}")
 
 
+def _too_much(case: Case, cost: Cost) -> Iterator[Row]:
+    """Yield what a user should hear before a run that never ends, or fills the disk."""
+    free = shutil.disk_usage(Path.cwd()).free
+    if cost.settled and cost.seconds > _WEEK:
+        remedy = "take a larger stepping.rtol or dt, or a smaller until"
+        if case.problem.load.kind == "steric":
+            remedy = "lower load.strength or raise load.range; what is stiff takes short steps"
+        yield "doubt", f"more than a week of computing: {remedy}"
+    if cost.store_bytes > free:
+        yield "doubt", f"the store is larger than the {size(free)} that are free here"
+        yield "", "record less often, or choose another disk by --out"
+
+
 def _cost_rows(case: Case) -> Iterator[Row]:
     import numpy as np
 
@@ -168,4 +184,5 @@ def _cost_rows(case: Case) -> Iterator[Row]:
                 yield "", "how many cannot be told: they still grow from the start's short ones"
             yield "store", f"about {size(cost.store_bytes)}"
             yield "", f"{cost.positions} records of positions, {cost.observables} of observables"
+            yield from _too_much(case, cost)
     yield "memory", f"about {size(memory_bytes(case.problem))} beside Python's own 240 MB"

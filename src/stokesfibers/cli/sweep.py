@@ -173,8 +173,11 @@ def status(*, folder: Path, as_json: bool) -> None:
 @folder_argument
 @netcdf_option
 @guarded
-def collect(*, folder: Path, netcdf: Path | None) -> None:
-    """Make DIR/sweep.zarr anew from the runs in DIR, for instance after a kill."""
+def collect(*, folder: Path, netcdf: Path | None) -> int:
+    """Make DIR/sweep.zarr anew from the runs in DIR, for instance after a kill.
+
+    Runs that are damaged by now are named; 'sweep SWEEP.toml --retry' runs them anew.
+    """
     from stokesfibers.study.sweep import collect as gather
     from stokesfibers.study.sweep_netcdf import check_netcdf
 
@@ -183,6 +186,10 @@ def collect(*, folder: Path, netcdf: Path | None) -> None:
     done = f"{data.attrs['done']} of {plural(data.attrs['cases'], 'case')}"
     click.echo(f"{folder / 'sweep.zarr'} holds {done}.")
     _write_netcdf(data, netcdf)
+    if not data.attrs["failed"]:
+        return DONE
+    say_failures(folder)
+    return RUN_FAILED
 
 
 def _write_netcdf(data: xr.Dataset, file: Path | None, *, quiet: bool = False) -> None:

@@ -170,6 +170,7 @@ def case_from_tables(
     """Return the case that `tables` describe; relative paths start from `folder`."""
     refuse_unknown(tables, (*TABLES, "initial", "record", "stop"), "")
     problem = problem_from_tables(tables, folder=folder, allow_python=allow_python)
+    _refuse_units_left_open(tables)
     initial = choose(
         INITIALS,
         as_table(tables.get("initial", {"kind": NearlyStraight.kind}), "initial"),
@@ -186,6 +187,26 @@ def case_from_tables(
     flow = resolved_flow(problem.flow, tables.get("flow", {}), folder)
     chosen = build(Schedule, record, "record")
     return Case(problem, initial, until, chosen, flow, _stop(tables.get("stop", [])))
+
+
+def _refuse_units_left_open(tables: Mapping[str, Any]) -> None:
+    """Raise InputError if a viscosity is given, in some units, but no length or rigidity in them.
+
+    With mu_bar both are 1 by themselves, as the problem is then without dimensions.
+    """
+    if "viscosity" not in tables.get("fluid", {}):
+        return
+    fibers = tables.get("fiber", {})
+    several = isinstance(fibers, list)
+    for k, fiber in enumerate(fibers if several else [fibers]):
+        for key, what in (("length", "L"), ("rigidity", "E, the bending rigidity")):
+            if key not in fiber:
+                raise InputError(
+                    f"fiber[{k}].{key}" if several else f"fiber.{key}",
+                    f"{what}, in the units of fluid.viscosity",
+                    "nothing",
+                    "Only with fluid.mu_bar it is 1 by itself.",
+                )
 
 
 def _stop(value: object) -> tuple[StopWhen, ...]:

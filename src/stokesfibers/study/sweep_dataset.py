@@ -7,6 +7,7 @@ import shutil
 import uuid
 import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from stokesfibers.io.provenance import provenance
 from stokesfibers.io.reader import open_run
 from stokesfibers.study.sweep_axes import Axis
 from stokesfibers.study.sweep_collect import reduced
-from stokesfibers.study.sweep_folder import DATASET, RUNS, State, SweepFolder
+from stokesfibers.study.sweep_folder import DATASET, RUNS, UNREADABLE, State, SweepFolder
 from stokesfibers.study.sweep_plan import Plan, SweepCase
 from stokesfibers.study.sweep_values import short_names, toml_text
 
@@ -111,18 +112,24 @@ class _Taken:
 
 
 def _taken(folder: SweepFolder, case: SweepCase, state: State, plan: Plan) -> _Taken:
-    store = folder.store(case)
+    store, was = folder.store(case), state
     if state.code == "waiting" or not store.exists():
         return _Taken(state)
+    if was.unreadable:  # it may have been put back from a copy
+        state = State("done", was.time)
     try:
         with open_run(store) as run:
             wall = float(run["numerics"].to_dataset()["wall_time"].sum())
             values = reduced(run, plan.collect) if state.code == "done" else None
             doubts = "; ".join(map(str, Status.from_dict(dict(run.attrs["status"])).reasons))
-            return _Taken(state, values, wall, doubts)
     except (StoreError, OSError, LookupError, ValueError) as error:
-        told = f"The run cannot be read: {error}"
-        return _Taken(State("failed", state.time, told, final=False))
+        told = f"{UNREADABLE}: {str(error).rstrip('.')}. 'sweep --retry' runs the case anew"
+        state = State("failed", state.time, told)
+        values, wall, doubts = None, np.nan, ""
+    if state.unreadable or was.unreadable:
+        with suppress(OSError):  # a folder that may only be read
+            folder.write_note(case, state if state.unreadable else None)
+    return _Taken(state, values, wall, doubts)
 
 
 def _facts(

@@ -31,6 +31,8 @@ from stokesfibers.study.sweep_plan import FORMAT, FORMAT_VERSION, Plan, SweepCas
 _LOOK_SECONDS = 0.2
 PLAN, SESSION, RUNS, DATASET = "sweep.json", "session.json", "runs", "sweep.zarr"
 Code = Literal["waiting", "running", "interrupted", "done", "failed"]
+UNREADABLE = "The run cannot be read"
+"""How the reason of a run begins that ended well, and is damaged by now."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,11 @@ class State:
     time: float = 0.0
     reason: str = ""
     final: bool = True
+
+    @property
+    def unreadable(self) -> bool:
+        """Whether its run ended well and is damaged by now."""
+        return self.code == "failed" and self.reason.startswith(UNREADABLE)
 
 
 @dataclass(frozen=True)
@@ -132,6 +139,8 @@ class SweepFolder:
                     t.rstrip(".") for t in (found["explanation"], found["hint"]) if t
                 )
                 told = reason if found["code"] == "failed" else ""
+                if found["code"] == "done" and noted is not None and noted.unreadable:
+                    return noted
                 return State(found["code"], float(found["time"]), told)
             if noted is None:
                 return State("running" if active else "interrupted", float(found["time"]))

@@ -6,10 +6,12 @@ import io
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -17,11 +19,14 @@ import xarray as xr
 from click.testing import CliRunner
 
 from stokesfibers.cli import words
+from stokesfibers.cli.check import _too_much
 from stokesfibers.cli.main import main
+from stokesfibers.config.case import load_case
 from stokesfibers.core.status import Status
 from stokesfibers.core.version import __version__
 from stokesfibers.io.reader import open_run
 from stokesfibers.run.advance import Moment
+from stokesfibers.run.estimate import Cost
 from stokesfibers.run.progress import progress
 
 CASES = sorted((Path(__file__).parents[3] / "cases").glob("*.toml"))
@@ -64,6 +69,7 @@ def test_without_out_the_run_is_called_as_the_case(case, invoke, monkeypatch):
 def test_quiet_run_says_nothing_and_settings_change_the_case(case, invoke):
     out = case.with_name("run.zarr")
     settings = ["--set", "fluid.viscosity=2.0", "--set", "fiber.radius=0.02"]
+    settings += ["--set", "fiber.length=1.0", "--set", "fiber.rigidity=1.0"]
     result = invoke("run", case, "--out", out, "--quiet", *settings)
     assert (result.exit_code, result.output) == (0, "")
     stored = json.loads(open_run(out).attrs["case"])
@@ -211,7 +217,8 @@ def test_plot_writes_beside_the_run(kind, run, invoke):
 
 def test_check_prints_the_groups_and_runs_nothing(case, invoke):
     before = sorted(case.parent.iterdir())
-    result = invoke("check", case, "--set", "fluid.viscosity=400.0")
+    in_units = [*("--set", "fluid.viscosity=400.0"), *("--set", "fiber.rigidity=1.0")]
+    result = invoke("check", case, *in_units, "--set", "fiber.length=1.0")
     assert result.exit_code == 0, result.stderr
     assert sorted(case.parent.iterdir()) == before
     # mu_bar = 8 pi mu, c = log(1e-4) + 1, eta = mu_bar / |c|
@@ -274,6 +281,24 @@ def test_cost_estimate_counts_what_a_run_stores(case, run, invoke):
     stored = sum(v.nbytes for v in arrays)
     number, unit = re.search(r"store +about ([\d.]+) (\w+)", said).groups()
     assert float(number) * {"kB": 1e3, "MB": 1e6}[unit] == pytest.approx(stored, rel=0.1)
+
+
+def test_check_doubts_a_run_that_never_ends_or_fills_the_disk(case):
+    free = shutil.disk_usage(".").free
+    modest = Cost(100, 11, 21, 1e-3, 1.0, 10_000, settled=True)
+    plain = load_case(case)
+    steric = "load={kind = 'steric', strength = 1e14, range = 0.1}"
+    placed = "initial={kind = 'suspension', box = [2, 2, 2]}"
+    repelled = load_case(case, ["fiber.count=2", steric, placed])
+    assert list(_too_much(plain, modest)) == []
+    assert list(_too_much(plain, replace(modest, seconds=6e5, settled=False))) == []
+    endless = replace(modest, seconds=6.1e5)
+    ((_, told),) = _too_much(plain, endless)
+    assert "more than a week of computing: take a larger stepping.rtol or dt" in told
+    ((_, told),) = _too_much(repelled, endless)
+    assert "lower load.strength or raise load.range" in told
+    (_, told), _ = _too_much(plain, replace(modest, store_bytes=2 * free))
+    assert "the store is larger than the" in told
 
 
 def _growing(group: xr.DataTree) -> list[xr.DataArray]:

@@ -136,6 +136,20 @@ def test_collect_makes_the_dataset_anew(file, invoke):
     assert (result.exit_code, result.stdout) == (0, "twofold/sweep.zarr holds 2 of 2 cases.\n")
 
 
+def test_collect_names_a_run_that_was_changed(file, invoke, tmp_path):
+    assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
+    chunk = min(tmp_path.glob("twofold/runs/*.zarr/observables/elastic_energy/c/0/0"))
+    chunk.write_bytes(bytes(8) + chunk.read_bytes()[8:] + b"x")
+    for words in (("collect", "twofold"), ("run", file, "--workers", 1)):
+        result = invoke("sweep", *words)
+        assert result.exit_code == 3
+        assert "The run cannot be read" in result.stderr
+        assert "'sweep --retry' runs the case anew" in result.stderr
+    assert "1 failed" in invoke("sweep", "status", "twofold").stdout
+    assert invoke("sweep", file, "--workers", 1, "--retry").exit_code == 0
+    assert "failed" not in invoke("sweep", "status", "twofold").stdout
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [

@@ -335,3 +335,18 @@ def test_flow_typed_in_python_cannot_be_rebuilt_and_says_so(file):
         tables = json.loads(json.dumps(tables))
         with pytest.raises(InputError, match=r"flow\.flows\[1\].*Resume it from Python"):
             problem_from_tables(tables, allow_python=True)
+
+
+@pytest.mark.parametrize("key", ["length", "rigidity"])
+@pytest.mark.parametrize("several", [False, True])
+def test_a_viscosity_in_units_needs_length_and_rigidity_in_them(key, several):
+    """Left out, they would be 1 in whatever the units are: wrong by many orders in SI."""
+    tables = tomllib.loads(TEXT)
+    del tables["fiber"][key]
+    where = rf"fiber\.{key}"
+    if several:
+        tables["fiber"], where = [tables["fiber"]], rf"fiber\[0\]\.{key}"
+    with pytest.raises(InputError, match=rf"^{where}: expected .* in the units of fluid.viscosity"):
+        case_from_tables(tables)
+    tables["fluid"] = {"mu_bar": 1e3}
+    assert case_from_tables(tables).problem.mu_bar == 1e3

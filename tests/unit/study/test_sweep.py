@@ -419,6 +419,35 @@ def test_the_dataset_can_be_made_anew_and_a_damaged_run_is_said(copy):
     assert "damaged" in "".join(data["reason"].to_numpy().ravel())
 
 
+def test_a_run_that_was_changed_is_named_until_it_is_mended_or_run_anew(copy):
+    run = min((copy / "runs").glob("*.zarr"))
+    chunk = next(
+        file for file in (run / "observables/elastic_energy/c").rglob("*") if file.is_file()
+    )
+    whole = chunk.read_bytes()
+
+    def states():
+        return [state for _, state in tally(SweepFolder(copy), SweepFolder(copy).plan()).states]
+
+    def damage():
+        chunk.write_bytes(bytes([whole[0] ^ 1]) + whole[1:])
+        assert collect(copy).attrs["failed"] == 1
+        (bad,) = (state for state in states() if state.code == "failed")
+        assert "elastic_energy" in bad.reason
+        assert "--retry" in bad.reason
+
+    damage()
+    chunk.write_bytes(whole)  # put back from a copy
+    assert collect(copy).attrs["done"] == 4
+    assert {state.code for state in states()} == {"done"}
+    damage()
+    assert _sweep(copy).attrs["failed"] == 1, "it is not run anew unasked"
+    data = _sweep(copy, retry=True)
+    assert data.attrs["done"] == 4
+    assert {state.code for state in states()} == {"done"}
+    assert chunk.read_bytes() == whole
+
+
 def test_a_run_that_cannot_be_reduced_is_said(copy, monkeypatch):
     def empty(run, collect):  # noqa: ARG001
         raise IndexError("no records")
