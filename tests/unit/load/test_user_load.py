@@ -32,7 +32,7 @@ def scale(points, t):
     return 3.0 * points
 """
 TABLES = {
-    "fiber": {"slenderness": 1e-2},
+    "fiber": {"length": 1.0, "slenderness": 1e-2, "rigidity": 1.0},
     "fluid": {"viscosity": 1.0},
     "stepping": {"until": 0.2},
 }
