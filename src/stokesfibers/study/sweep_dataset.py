@@ -123,8 +123,10 @@ def _taken(folder: SweepFolder, case: SweepCase, state: State, plan: Plan) -> _T
             values = reduced(run, plan.collect) if state.code == "done" else None
             doubts = "; ".join(map(str, Status.from_dict(dict(run.attrs["status"])).reasons))
     except (StoreError, OSError, LookupError, ValueError) as error:
-        told = f"{UNREADABLE}: {str(error).rstrip('.')}. 'sweep --retry' runs the case anew"
-        state = State("failed", state.time, told)
+        told = f"{UNREADABLE}: {str(error).rstrip('.')}"
+        if state.code != "done":  # nothing to keep: what it comes to is not known yet
+            return _Taken(State("failed", state.time, told, final=False))
+        state = State("failed", state.time, f"{told}. 'sweep --retry' runs the case anew")
         values, wall, doubts = None, np.nan, ""
     if state.unreadable or was.unreadable:
         with suppress(OSError):  # a folder that may only be read

@@ -448,6 +448,16 @@ def test_a_run_that_was_changed_is_named_until_it_is_mended_or_run_anew(copy):
     assert chunk.read_bytes() == whole
 
 
+def test_a_run_that_was_interrupted_and_changed_is_not_taken_for_one_that_ended(copy):
+    folder, plan = SweepFolder(copy), SweepFolder(copy).plan()
+    case = plan.cases[0]
+    chunk = next(f for f in (folder.store(case) / "numerics/wall_time/c").rglob("*") if f.is_file())
+    chunk.write_bytes(bytes([chunk.read_bytes()[0] ^ 1]) + chunk.read_bytes()[1:])
+    begun = {case.key: sweep_folder.State("interrupted", 0.5)}
+    assert sweep_dataset.dataset(folder, plan, begun).attrs["failed"] == 1
+    assert not folder.note(case).exists()
+
+
 def test_a_run_that_cannot_be_reduced_is_said(copy, monkeypatch):
     def empty(run, collect):  # noqa: ARG001
         raise IndexError("no records")
