@@ -25,6 +25,12 @@ def _commits_at_all_records(monkeypatch):
     monkeypatch.setattr("stokesfibers.run.recorder.LEAST_COMMIT_SECONDS", 0.0)
 
 
+@pytest.fixture(autouse=True)
+def _nothing_takes_long(monkeypatch):
+    """Let no word of patience come between, however slow the machine."""
+    monkeypatch.setattr("stokesfibers.cli.bars.PATIENCE_SECONDS", 3600.0)
+
+
 @pytest.fixture
 def assert_close():
     """Return the comparison that refuses to be vacuous."""

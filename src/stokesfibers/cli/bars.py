@@ -1,10 +1,13 @@
-"""Progress bars: for commands that go through a run record by record, and for long calculations."""
+"""Progress: bars for commands that go through a run record by record, and for long calculations;
+a word for what takes long without a number to show.
+"""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from threading import Timer
 from typing import TYPE_CHECKING
 
 import click
@@ -13,6 +16,8 @@ if TYPE_CHECKING:
     from stokesfibers.experiments.base import Progress
 
 Moved = Callable[[int, int], None]
+PATIENCE_SECONDS = 2.0
+"""After which a command that shows nothing says what it does."""
 
 
 @contextmanager
@@ -30,6 +35,21 @@ def bar(what: str, *, quiet: bool) -> Iterator[Moved | None]:
             shown.update(done - shown.n)
 
         yield moved
+
+
+@contextmanager
+def patience(what: str, *, quiet: bool = False) -> Iterator[None]:
+    """Say `what` is done to standard error, if the block takes long."""
+    if quiet:
+        yield
+        return
+    timer = Timer(PATIENCE_SECONDS, click.echo, (f"{what} ...",), {"err": True})
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from stokesfibers.cli.bars import patience
 from stokesfibers.cli.failure import guarded
 from stokesfibers.cli.options import case_argument, python_option, set_option
 from stokesfibers.cli.words import duration, heading, lines, number, plural, size
@@ -45,12 +46,15 @@ def check(*, case: Path, settings: tuple[str, ...], allow_python: bool) -> None:
         lines(_physical_rows(loaded))
     heading("Dimensionless groups")
     lines(_group_rows(loaded))
-    found = doubts(loaded.problem, loaded.plan())  # places the fibers, which may take a while
+    with patience("placing the fibers, which takes long where there is little room"):
+        found = doubts(loaded.problem, loaded.plan())
     heading("Doubtful choices")
     _say_doubts(found)
     click.secho(f"\n{case} is valid.", fg="green", bold=True)
     heading("Cost")
-    lines(_cost_rows(loaded))
+    with patience("taking some steps"):
+        rows = list(_cost_rows(loaded))
+    lines(rows)
 
 
 def _case_rows(case: Case) -> Iterator[Row]:
@@ -102,14 +106,19 @@ def _physical_rows(case: Case) -> Iterator[Row]:
         yield "a", number(fiber.eps * fiber.length), "radius at mid-length"
         yield "E", number(fiber.rigidity), "bending rigidity"
     yield "mu", number(problem.viscosity), "viscosity of the fluid"
-    yield "rate", number(problem.flow.rate_scale()), "rate of the flow"
+    yield "rate", number(problem.flow.rate_scale()), "rate of the flow, its largest"
 
 
 def _group_rows(case: Case) -> Iterator[Row]:
     from stokesfibers.problem.groups import crowding
 
-    for fiber in case.problem.kinds:
+    kinds = case.problem.kinds
+    for k, fiber in enumerate(kinds):
+        if len(kinds) > 1:
+            yield f"fiber[{k}]", "", f"{fiber.count} x length {number(fiber.length)}"
         yield from _fiber_rows(case, fiber)
+    if len(kinds) > 1 and crowding(case.problem) is not None:
+        yield "all", "", plural(len(case.problem.fibers), "fiber")
     crowd = crowding(case.problem)
     if crowd is not None:
         yield "n L^3", number(crowd.concentration), "number of fibers per volume, times L^3"
@@ -118,6 +127,8 @@ def _group_rows(case: Case) -> Iterator[Row]:
 
 
 def _fiber_rows(case: Case, fiber: Fiber) -> Iterator[Row]:
+    from stokesfibers.flow.base import to_dict as flow_to_dict
+    from stokesfibers.flow.period import period_of
     from stokesfibers.problem.groups import groups, weight
 
     found, pull = groups(case.problem, fiber, case.until), weight(case.problem, fiber)
@@ -129,7 +140,10 @@ def _fiber_rows(case: Case, fiber: Fiber) -> Iterator[Row]:
             yield "", "", "one fiber straightens and falls straight, whatever B: see the docs"
     if case.problem.flow.rate_scale() == 0.0:
         return
-    yield "mu_bar", number(found.mu_bar), "8 pi mu rate L^4 / E, effective viscosity"
+    rate = "8 pi mu rate L^4 / E, effective viscosity"
+    if period_of(flow_to_dict(case.problem.flow)) is not None:
+        rate += "; rate is the amplitude"
+    yield "mu_bar", number(found.mu_bar), rate
     yield "eta", number(found.eta), "mu_bar / |c|"
     share = f"{found.compression:.3g}"
     if found.compression > 1.0:
@@ -177,7 +191,8 @@ def _cost_rows(case: Case) -> Iterator[Row]:
         else:
             each = duration(cost.step_seconds)
             if cost.settled:
-                yield "time", f"about {duration(cost.seconds)} on one core, after the start"
+                most = "at most" if case.problem.load.kind == "steric" else "about"
+                yield "time", f"{most} {duration(cost.seconds)} on one core, after the start"
                 yield "", f"{plural(cost.steps, 'step')} of {each}, measured here, and the records"
             else:
                 yield "time", f"steps of {each}, measured here"

@@ -10,6 +10,7 @@ from time import perf_counter
 
 import click
 
+from stokesfibers.cli.bars import patience
 from stokesfibers.cli.failure import DONE, OUR_FAULT, guarded
 from stokesfibers.cli.words import duration, heading, lines
 
@@ -35,7 +36,8 @@ def doctor() -> int:
         "Set NUMBA_CACHE_DIR to a folder you can write to",
     )
     start = perf_counter()
-    error = tension_error()
+    with patience("  compiling the solver, once after an installation"):
+        error = tension_error()
     _say(
         error < TOLERANCE,
         f"the tension of a straight fiber in shear agrees with its exact value, (44), to "

@@ -67,11 +67,19 @@ def reported(work: Callable[[], int | None]) -> int:
         complain("Not enough memory for this case. Take fewer discretization.intervals.")
         return BAD_INPUT
     except KeyboardInterrupt:
-        complain("Interrupted. If a run had begun, 'stokesfibers resume' goes on with it.")
+        complain(f"Interrupted.{_how_to_go_on()}")
         return INTERRUPTED
     except Exception as error:
         _report(error)
         return OUR_FAULT
+
+
+def _how_to_go_on() -> str:
+    """Return what may be done about a command that was interrupted before it could say so."""
+    context = click.get_current_context(silent=True)
+    if context is None or context.info_name not in ("run", "resume"):
+        return ""
+    return " If the run had begun, 'stokesfibers resume' goes on with it."
 
 
 def _report(error: Exception) -> None:

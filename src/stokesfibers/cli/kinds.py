@@ -92,5 +92,6 @@ def _advice(found: Kind, path: Path, wanted: Kind) -> str:
     if wanted == "run":
         runs = path / "runs"
         first = min(runs.glob("*.zarr"), default=runs)
-        return f"Give one of its runs, such as {first}; {status}"
+        drawn = f"or draw what it gave: stokesfibers sweep plot {path}"
+        return f"Give one of its runs, such as {first}; {drawn}"
     return f"Go on with the sweep file; {status}"

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from stokesfibers.cli.bars import patience
 from stokesfibers.cli.failure import guarded
 from stokesfibers.cli.options import RUN, run_argument
 from stokesfibers.cli.replacing import replacing
@@ -33,5 +34,6 @@ def report(*, run: Path, out: Path | None, title: str | None, allow_python: bool
     data = open_run(run)
     target = out or run.with_name(f"{run.stem}.html")
     name = title or run.resolve().name
-    with replacing(target), named_as_typed({"path": "--out"}):
+    drawing = patience("drawing the figures, each for a light and a dark page")
+    with drawing, replacing(target), named_as_typed({"path": "--out"}):
         click.echo(write(data, target, name=name, allow_python=allow_python))

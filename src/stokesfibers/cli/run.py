@@ -61,6 +61,7 @@ def run(
     'mpirun -n P stokesfibers run CASE' shares the work among P processes.
     """
     started = perf_counter()
+    from stokesfibers.cli.bars import patience
     from stokesfibers.cli.ending import Spent, say_how_it_ended
     from stokesfibers.cli.words import warn
     from stokesfibers.config.case import load_case
@@ -73,9 +74,11 @@ def run(
     def work(team: AbstractTeam) -> int:
         loaded = load_case(case, settings, allow_python=allow_python)
         if not quiet:
-            for doubt in doubts(loaded.problem, loaded.plan()):
+            with patience("placing the fibers, which takes long where there is little room"):
+                plan = loaded.plan()
+            for doubt in doubts(loaded.problem, plan):
                 warn(str(doubt))
-            if out is None:
+            if out is None and (overwrite or not place.exists()):
                 click.echo(f"Storing in {place}.")
         with nullcontext() if quiet else progress(loaded.until) as watch:
             result = simulate(

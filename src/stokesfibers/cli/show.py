@@ -12,6 +12,7 @@ import click
 
 from stokesfibers.cli.failure import BAD_INPUT, DONE, complain, guarded
 from stokesfibers.cli.options import run_argument
+from stokesfibers.cli.show_averages import average_row, stress_averages
 from stokesfibers.cli.words import duration, first_figure, heading, lines, number, plural
 
 if TYPE_CHECKING:
@@ -27,7 +28,6 @@ _EXTREMES = {
     "motion_error": "largest distance off the equation of motion",
     "force_error": "largest net elastic force, relative",
 }
-_LEAST_VALUES = 16  # recorded in the second half, for averages
 _COLOURS = {"done": "green", "failed": "red", "interrupted": "yellow", "running": "cyan"}
 
 
@@ -55,6 +55,8 @@ def show(*, run: Path, as_json: bool) -> int:
 
 def _say(facts: dict[str, Any], run: Path) -> None:
     """Print what the run holds."""
+    from stokesfibers.flow.period import period_of
+
     status = facts["status"]
     click.secho(f"{status['code']} ", fg=_COLOURS.get(status["code"]), bold=True, nl=False)
     click.echo(f"at t = {number(status['time'])} of {number(facts['until'])}: {run}")
@@ -66,7 +68,8 @@ def _say(facts: dict[str, Any], run: Path) -> None:
         click.echo(
             f": values changed or went after the run; {_count(facts['damaged'])}, named below"
         )
-    _say_trust(status, watched=any(e["name"] == "energy_error" for e in facts["extremes"]))
+    watched = any(e["name"] == "energy_error" for e in facts["extremes"])
+    _say_trust(status, watched=watched, damaged=bool(facts["damaged"]))
     heading("Records")
     lines(_record_rows(facts))
     if facts["extremes"]:
@@ -77,14 +80,18 @@ def _say(facts: dict[str, Any], run: Path) -> None:
     if facts["averages"]:
         first = facts["averages"][0]
         heading(f"Averages from t = {number(first['after'])} on, with one standard error")
-        lines(_average_row(a) for a in facts["averages"])
+        lines(average_row(a) for a in facts["averages"])
+    elif (period := period_of(facts["case"]["flow"])) and facts["extremes"]:
+        heading("Averages")
+        click.echo(f"  none: they take four whole periods of the flow, {number(period)} each,")
+        click.echo("  in the second half of a run that has a stress per volume")
     heading("Made by")
     lines(_origin_rows(facts["provenance"], facts["resumed"]))
     if not facts["damaged"]:
         click.echo(f"\n{_advice(facts, run)}")
 
 
-def _say_trust(status: dict[str, Any], *, watched: bool) -> None:
+def _say_trust(status: dict[str, Any], *, watched: bool, damaged: bool = False) -> None:
     """Print whether the result can be trusted; runs of older versions, not `watched`, do not know.
 
     Some of them called each run trusted that they had no doubts about, also one that failed.
@@ -99,7 +106,8 @@ def _say_trust(status: dict[str, Any], *, watched: bool) -> None:
         return
     if held.trust == "trusted":
         click.secho("trusted", fg="green", bold=True, nl=False)
-        click.echo(": the run watched its own error, and all of it is within limits")
+        when = " when it ended" if damaged else ""
+        click.echo(f"{when}: the run watched its own error, and all of it is within limits")
     elif held.trust:
         click.secho("doubtful", fg="yellow", bold=True)
         for reason in held.reasons:
@@ -126,6 +134,7 @@ def _count(damaged: list[dict[str, Any]]) -> str:
 
 def _facts(run: Path) -> dict[str, Any]:
     """Return everything the command says, as JSON-ready values."""
+    from stokesfibers.flow.period import period_of
     from stokesfibers.io.integrity import damages
     from stokesfibers.io.store import RunStore
     from stokesfibers.run.simulate import stored_case
@@ -143,7 +152,7 @@ def _facts(run: Path) -> dict[str, Any]:
         "wall_seconds": float(numerics["wall_time"].sum()) if "wall_time" in numerics else 0.0,
         "steps": _steps(numerics),
         "extremes": list(_extremes(observables)),
-        "averages": list(_averages(observables)),
+        "averages": list(stress_averages(observables, period_of(case["flow"]))),
         "case": case,
         "provenance": json.loads(attributes["provenance"]),
         "resumed": json.loads(attributes.get("resumed", "[]")),
@@ -190,7 +199,10 @@ def _extremes(observables: xr.Dataset) -> Iterator[dict[str, Any]]:
     for name, meaning in _EXTREMES.items():
         if name not in observables:
             continue
-        values = observables[name].to_numpy().reshape(len(times), -1)
+        held = observables[name]
+        if name == "elastic_energy" and held.sizes["fiber"] > 1:
+            held, meaning = held.sum("fiber", skipna=False), f"{meaning}, all fibers"
+        values = held.to_numpy().reshape(len(times), -1)
         if not np.isfinite(values).any():
             continue
         where = int(np.nanargmax(np.nanmax(values, axis=1)))
@@ -200,38 +212,6 @@ def _extremes(observables: xr.Dataset) -> Iterator[dict[str, Any]]:
             "value": float(np.nanmax(values)),
             "time": float(times[where]),
         }
-
-
-def _averages(observables: xr.Dataset) -> Iterator[dict[str, Any]]:
-    """Yield block averages of the stress per volume over the second half of what is recorded."""
-    import numpy as np
-
-    from stokesfibers.observe.averages import block_average
-
-    if "particle_stress" not in observables:
-        return
-    times = observables["time"].to_numpy()
-    late = times >= 0.5 * times[-1] if len(times) else np.zeros(0, dtype=bool)
-    if late.sum() < _LEAST_VALUES:
-        return
-    p = observables["particle_stress"].to_numpy()[late]
-    series = {
-        "shear stress per volume": p[:, 0, 1],
-        "N_1 per volume": p[:, 0, 0] - p[:, 1, 1],
-        "N_2 per volume": p[:, 1, 1] - p[:, 2, 2],
-    }
-    if "specific_viscosity" in observables:
-        series["specific viscosity"] = observables["specific_viscosity"].to_numpy()[late]
-    for meaning, values in series.items():
-        if np.isfinite(values).all():
-            average = block_average(times[late], values)
-            yield {"meaning": meaning, "after": float(times[late][0]), **asdict(average)}
-
-
-def _average_row(average: dict[str, Any]) -> tuple[str, ...]:
-    note = "" if average["settled"] else "; not settled, the error is larger"
-    blocks = f"{average['blocks']} blocks of {number(average['block'])}{note}"
-    return average["meaning"], f"{average['mean']:.4g} +- {average['error']:.2g}", blocks
 
 
 def _record_rows(facts: dict[str, Any]) -> Iterator[tuple[str, ...]]:

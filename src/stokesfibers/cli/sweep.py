@@ -18,6 +18,8 @@ from stokesfibers.cli.options import (
     sweep_argument,
 )
 from stokesfibers.cli.replacing import replacing
+from stokesfibers.cli.sweep_cost import say_cost
+from stokesfibers.cli.sweep_plot import plot_sweep
 from stokesfibers.cli.sweep_words import (
     bar,
     facts,
@@ -98,7 +100,7 @@ netcdf_option = click.option(
 )
 @set_option
 @click.option("--retry", is_flag=True, help="Try cases that failed for good again.")
-@click.option("--dry-run", is_flag=True, help="Check all cases and list them; run nothing.")
+@click.option("--dry-run", is_flag=True, help="Check all cases, list them, say what they cost.")
 @netcdf_option
 @python_option
 @quiet_option
@@ -133,6 +135,7 @@ def run_sweep(
         say_changes(changes(folder, plan), len(plan.cases), folder)
     if dry_run:
         say_plan(plan)
+        say_cost(plan, workers, allow_python=allow_python)
         return DONE
     if workers is None and scheduler is None and not has_dask() and not quiet:
         click.echo("One process; for one per core: pip install 'stokesfibers[sweep]'.")
@@ -216,3 +219,6 @@ def _say_how_it_ended(attributes: dict[str, int | str], folder: Path, *, quiet: 
     if not quiet:
         say_end(done, cases, folder)
     return RUN_FAILED if failed else DONE
+
+
+sweep.add_command(plot_sweep)

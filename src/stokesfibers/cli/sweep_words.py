@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -100,7 +100,10 @@ def say_tally(found: Tally, folder: Path, source: str) -> None:
         count = found.count(code)
         if count:
             click.echo("  ", nl=False)
-            click.secho(f"{count:>5} {code}", fg=colour)
+            click.secho(f"{count:>5} {code}", fg=colour, nl=code != "done")
+            if code == "done":
+                doubtful = len(list(found.doubtful()))
+                click.echo(f", {doubtful} of them doubtful" if doubtful else "")
     rows = [
         (case.name, f"t = {number(state.time)} of {number(case.until)}")
         for case, state in found.states
@@ -110,6 +113,7 @@ def say_tally(found: Tally, folder: Path, source: str) -> None:
         heading("Under way" if found.active else "Begun")
         lines(rows[:_MOST_LISTED])
     _list_failures(found)
+    _list("Doubtful", "yellow", ((case.name, state.doubt) for case, state in found.doubtful()))
     if not found.active and found.count("done") + found.count("failed") < found.total:
         click.echo(f"\nGo on: stokesfibers sweep {source} --out {folder}")
 
@@ -124,36 +128,43 @@ def say_failures(folder: Path) -> None:
 
 
 def _list_failures(found: Tally, *, err: bool = False) -> None:
-    """Print each reason once, with the cases that failed for it.
+    """Print why cases failed, and what to do."""
+    failures = list(found.failures())
+    rows = ((f"{case.name} at t = {number(state.time)}", state.reason) for case, state in failures)
+    _list("Failed", "red", rows, err=err)
+    if any(not state.final for _, state in failures):
+        click.echo("  When the cause is mended, run the sweep again.", err=err)
+
+
+def _list(title: str, colour: str, rows: Iterable[tuple[str, str]], *, err: bool = False) -> None:
+    """Print each reason once, with the cases it holds for; rows are of name and reason.
 
     The same fault comes at another time and place in each case, so numbers tell no reasons apart.
     """
     said: dict[str, list[str]] = {}
-    failed: dict[str, list[str]] = {}
-    for case, state in found.failures():
-        kind = _NUMBER.sub("#", state.reason)
-        said.setdefault(kind, []).append(state.reason.rstrip("."))
-        failed.setdefault(kind, []).append(f"{case.name} at t = {number(state.time)}")
-    if not failed:
+    names: dict[str, list[str]] = {}
+    for name, reason in rows:
+        kind = _NUMBER.sub("#", reason)
+        said.setdefault(kind, []).append(reason.rstrip("."))
+        names.setdefault(kind, []).append(name)
+    if not names:
         return
     click.echo("", err=err)
-    click.secho("Failed", bold=True, err=err)
-    for kind, names in failed.items():
-        click.secho(f"  {said[kind][0]}.", fg="red", err=err)
+    click.secho(title, bold=True, err=err)
+    for kind, those in names.items():
+        click.secho(f"  {said[kind][0]}.", fg=colour, err=err)
         if len(set(said[kind])) > 1:
             click.echo("  The numbers are those of the first; --json of status has all.", err=err)
-        for name in names[:_MOST_LISTED]:
+        for name in those[:_MOST_LISTED]:
             click.echo(f"    {name}", err=err)
-        if len(names) > _MOST_LISTED:
-            click.echo(f"    and {len(names) - _MOST_LISTED} more", err=err)
-    if any(not state.final for _, state in found.failures()):
-        click.echo("  When the cause is mended, run the sweep again.", err=err)
+        if len(those) > _MOST_LISTED:
+            click.echo(f"    and {len(those) - _MOST_LISTED} more", err=err)
 
 
 def say_doubts(doubtful: int, folder: Path) -> None:
     """Print that some results cannot be trusted, and where it stands why."""
     click.secho("warning: ", fg="yellow", bold=True, nl=False, err=True)
-    where = f"the variable 'doubt' of {folder / 'sweep.zarr'} says why"
+    where = f"'stokesfibers sweep status {folder}' says why"
     click.echo(f"{plural(doubtful, 'result')} cannot be trusted; {where}.", err=True)
 
 
@@ -162,7 +173,8 @@ def say_end(done: int, cases: int, folder: Path) -> None:
     if done == cases:
         click.secho("done: ", fg="green", bold=True, nl=False)
     click.echo(f"{done} of {plural(cases, 'case')}, stored in {folder / 'sweep.zarr'}.")
-    click.echo(f'Next: xarray.open_zarr("{folder / "sweep.zarr"}")')
+    click.echo(f"Next: stokesfibers sweep plot {folder}")
+    click.echo(f'In Python: xarray.open_zarr("{folder / "sweep.zarr"}")')
 
 
 def facts(found: Tally, folder: SweepFolder) -> dict[str, Any]:
@@ -172,6 +184,7 @@ def facts(found: Tally, folder: SweepFolder) -> dict[str, Any]:
         "active": found.active,
         "cases": found.total,
         "counts": {code: found.count(code) for code in COLOURS},
+        "doubtful": len(list(found.doubtful())),
         "share": found.share,
         "seconds_left": found.seconds_left,
         "states": [
@@ -182,6 +195,7 @@ def facts(found: Tally, folder: SweepFolder) -> dict[str, Any]:
                 "time": state.time,
                 "until": case.until,
                 "reason": state.reason,
+                "doubt": state.doubt,
                 "run": str(folder.store(case)),
             }
             for case, state in found.states

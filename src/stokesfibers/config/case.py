@@ -22,7 +22,7 @@ from stokesfibers.core.tables import (
     to_table,
 )
 from stokesfibers.fiber.curves import Curve
-from stokesfibers.fiber.initial import AbstractInitial, FromFile, NearlyStraight
+from stokesfibers.fiber.initial import AbstractInitial, FromFile, NearlyStraight, Straight
 from stokesfibers.fiber.initials import INITIALS
 from stokesfibers.problem.doubt import Plan
 from stokesfibers.problem.flow_tables import resolved_flow
@@ -33,7 +33,17 @@ from stokesfibers.run.schedule import Schedule
 from stokesfibers.run.simulate import nodal_positions
 
 _LINE = re.compile(r"at line (\d+)")
-_COMMA = re.compile(r"=\s*[-+]?(\d+),(\d+)\s*(#.*)?$")
+_LONGEST_LINE = 80
+_SLIPS = (
+    (
+        re.compile(r"=\s*[-+]?(\d+),(\d+)\s*(#.*)?$"),
+        lambda found: f"Decimals have a point: {found[1]}.{found[2]}.",
+    ),
+    (re.compile(r"=\s*(#.*)?$"), lambda _: "A value is missing behind =."),
+    (re.compile(r"=\s*[-+.\d]\S*\s*[a-zA-Z%]"), lambda _: "Numbers have no unit behind them."),
+    (re.compile(r"=\s*[a-zA-Z]"), lambda _: "Text is in quotes."),
+)
+"""What lines that are no TOML often have, and what to say of it."""
 
 
 @dataclass(frozen=True)
@@ -82,11 +92,13 @@ class Case:
         InputError
             If the initial shapes cannot be had.
         """
+        shape = self.initial
         return Plan(
             until=self.until,
             positions_every=self.record.positions_every,
             observables_every=self.record.observables_interval,
             positions=nodal_positions(self.curves(), self.problem),
+            angle=shape.angle if isinstance(shape, Straight | NearlyStraight) else 0.0,
         )
 
     def curves(self) -> tuple[Curve, ...]:
@@ -145,7 +157,7 @@ def read_tables(file: Path, what: str = "a case file") -> Table:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        hint = _decimal_comma(text, str(error))
+        hint = _line_at_fault(text, str(error))
         raise InputError(str(file), "valid TOML", str(error), hint) from None
 
 
@@ -154,14 +166,17 @@ def near_name(file: Path) -> str:
     return did_you_mean(file.name, sorted(near.name for near in file.parent.glob("*.toml")))
 
 
-def _decimal_comma(text: str, told: str) -> str:
-    """Return the hint at a comma for a point in the line that an error of TOML tells of."""
+def _line_at_fault(text: str, told: str) -> str:
+    """Return the line that an error of TOML tells of, with what it may lack; empty if none."""
     place = _LINE.search(told)
     lines = text.splitlines()
     if place is None or int(place[1]) > len(lines):
         return ""
-    found = _COMMA.search(lines[int(place[1]) - 1])
-    return f"Decimals have a point: {found[1]}.{found[2]}." if found else ""
+    line = lines[int(place[1]) - 1].strip()
+    if not line:
+        return ""
+    advice = next((say(found) for form, say in _SLIPS if (found := form.search(line))), "")
+    return f"The line is: {line[:_LONGEST_LINE]}  {advice}".strip()
 
 
 def case_from_tables(

@@ -8,7 +8,10 @@ from stokesfibers.core.arrays import Array, Points
 
 
 def segment_distances(start: Array, along: Array, starts: Points, alongs: Points) -> Array:
-    """Return distances from the segment start + [0, 1] along to each of (n, 3) segments, (n,)."""
+    """Return distances from segments start + [0, 1] along to each of (n, 3) segments, (n,).
+
+    `start` is of one segment, (3,), or one for each of them; `along` (3,) is the same for all.
+    """
     offset = start - starts
     a, e = along @ along, np.sum(alongs**2, axis=1)
     b, c, f = alongs @ along, offset @ along, np.sum(alongs * offset, axis=1)

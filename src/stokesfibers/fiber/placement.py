@@ -15,6 +15,7 @@ from stokesfibers.fiber.parameters import Fiber
 
 TRIES = 2000
 """Places tried for one fiber before the box is called too full."""
+_ROUNDING = 1.0 + 1e-9
 
 
 @dataclass(frozen=True)
@@ -109,13 +110,15 @@ def _fits(k: int, middle: Array, unit: Array, placed: tuple) -> bool:
             return False
     if not near.size:
         return True
-    alongs = lengths[near, None] * units[near]
-    starts = middles[near] - 0.5 * alongs
-    for shift in shifts:
-        distance = segment_distances(start + shift, along, starts, alongs)
-        if np.any(distance < radii[k] + radii[near] + least_gap):
-            return False
-    return True
+    least = radii[k] + radii[near] + least_gap
+    # only images whose middles are near enough: most of them are far
+    offset = (middle + shifts)[:, None] - middles[near]
+    apart = np.sqrt(np.sum(offset * offset, axis=-1))
+    image, fiber = np.nonzero(apart <= (0.5 * (lengths[k] + lengths[near]) + least) * _ROUNDING)
+    alongs = lengths[near, None][fiber] * units[near][fiber]
+    starts = middles[near][fiber] - 0.5 * alongs
+    distance = segment_distances((start + shifts)[image], along, starts, alongs)
+    return not np.any(distance < least[fiber])
 
 
 def _too_full(fibers: tuple[Fiber, ...], box: Box, placed: int, least_gap: float) -> InputError:

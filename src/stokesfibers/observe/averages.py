@@ -6,11 +6,17 @@ given length blocks are doubled (Flyvbjerg & Petersen 1989) until the number b o
 passes ``b^3 > 2 n (error_b / error_1)^4``, n values in all (Lee et al., Phys. Rev. E 83 (2011)
 066706): long enough to be independent, not so long that too few remain. A mean whose two halves
 differ by more than three times the error that this has, twice that of the mean, is not settled.
+
+In a flow that oscillates the values follow it, and a mean over part of a period says nothing.
+There the mean of each whole period stands for its values, the last period ending with the last of
+them, and blocks hold whole periods.
 """
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
+from math import floor
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,11 +24,14 @@ import numpy as np
 from stokesfibers.core import checks
 from stokesfibers.core.arrays import Array, as_float
 from stokesfibers.core.errors import InputError
+from stokesfibers.flow.period import period_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _LEAST_BLOCKS = 4
+_LEAST_IN_A_PERIOD = 8
+_ROUNDING = 1e-6  # of a period
 _HALVES = 6.0  # times the error: three of the standard errors of the difference of both halves
 
 
@@ -43,6 +52,8 @@ class Average:
     settled
         Whether blocks are long enough to be independent and both halves agree, as far as the
         values tell. If not, the error is too small: run longer.
+    after
+        Time of the first value that counts.
     """
 
     mean: float
@@ -50,20 +61,25 @@ class Average:
     blocks: int
     block: float
     settled: bool
+    after: float
 
 
-def block_average(time: Array, values: Array, *, block: float | None = None) -> Average:
+def block_average(
+    time: Array, values: Array, *, block: float | None = None, period: float | None = None
+) -> Average:
     """Return the time average of `values` (n,) recorded at even `time` (n,).
 
     Parameters
     ----------
     block
         Length of a block in time; default as in the module's text.
+    period
+        Period of the flow, if it oscillates; only the last whole number of them counts.
 
     Raises
     ------
     InputError
-        If there are fewer than four blocks, or values that are not finite.
+        If there are fewer than four blocks or periods, or values that are not finite.
     """
     time, values = as_float(time), as_float(values)
     if values.ndim != 1 or values.shape != time.shape or len(values) < _LEAST_BLOCKS:
@@ -72,19 +88,25 @@ def block_average(time: Array, values: Array, *, block: float | None = None) -> 
     if not np.isfinite(values).all():
         raise InputError("values", "finite numbers", "others")
     spacing = float(time[-1] - time[0]) / (len(time) - 1)
+    after = float(time[0])
+    if period is not None:
+        after, values = _by_period(time, values, spacing, period)
+        spacing = period
     if block is None:
-        return _doubled(values, spacing)
+        return _doubled(values, spacing, after)
     size = max(1, round(checks.positive("block", block) / spacing))
     if len(values) // size < _LEAST_BLOCKS:
         most = spacing * (len(values) // _LEAST_BLOCKS)
         raise InputError("block", f"a time up to {most:.6g}, four blocks", block)
-    return _in_blocks(values, size, spacing)
+    return _in_blocks(values, size, spacing, after)
 
 
 def average_of(
     data: xr.DataTree, name: str, *, after: float = 0.0, block: float | None = None
 ) -> Average:
     """Return the average of a scalar observable of a run over its times from `after` on.
+
+    If the flow oscillates, over the last whole periods in that time.
 
     Raises
     ------
@@ -96,14 +118,38 @@ def average_of(
         raise InputError("name", "a scalar observable of the run", repr(name))
     time = observables["time"].to_numpy()
     late = time >= after
-    return block_average(time[late], observables[name].to_numpy()[late], block=block)
+    values = observables[name].to_numpy()[late]
+    return block_average(time[late], values, block=block, period=flow_period(data))
 
 
-def _doubled(values: Array, spacing: float) -> Average:
+def flow_period(data: xr.DataTree) -> float | None:
+    """Return the period of the flow of a stored run; None if it is steady or not known."""
+    case = data.attrs.get("case")
+    return period_of(json.loads(case).get("flow", {})) if isinstance(case, str) else None
+
+
+def _by_period(time: Array, values: Array, spacing: float, period: float) -> tuple[float, Array]:
+    """Return the time of the first value in the last whole periods, and the mean of each."""
+    count = floor((float(time[-1] - time[0]) + spacing) / period + _ROUNDING)
+    if count < _LEAST_BLOCKS:
+        span = f"{time[-1] - time[0]:.6g}, {count} of {period:.6g}"
+        raise InputError("values", f"at least {_LEAST_BLOCKS} whole periods of the flow", span)
+    if period < _LEAST_IN_A_PERIOD * spacing:
+        expected = f"at least {_LEAST_IN_A_PERIOD} values in each period of the flow, {period:.6g}"
+        raise InputError("values", expected, f"one each {spacing:.6g}")
+    # the value at the end of a period belongs to it, that at its start to the one before
+    number = np.ceil((time - time[-1]) / period + count - _ROUNDING).astype(int) - 1
+    within = number >= 0
+    each = np.bincount(number[within], minlength=count)
+    sums = np.bincount(number[within], weights=values[within], minlength=count)
+    return float(time[within][0]), as_float(sums / each)
+
+
+def _doubled(values: Array, spacing: float, after: float) -> Average:
     size = 1
     while not _long_enough(values, size) and len(values) // (2 * size) >= _LEAST_BLOCKS:
         size *= 2
-    return _in_blocks(values, size, spacing)
+    return _in_blocks(values, size, spacing, after)
 
 
 def _long_enough(values: Array, size: int) -> bool:
@@ -128,8 +174,8 @@ def _error(values: Array, size: int) -> float:
     return float(means.std(ddof=1) / np.sqrt(len(means)))
 
 
-def _in_blocks(values: Array, size: int, spacing: float) -> Average:
+def _in_blocks(values: Array, size: int, spacing: float, after: float) -> Average:
     error = _error(values, size)
     settled = _long_enough(values, size) and _halves_agree(values, error)
     mean, blocks = float(values.mean()), len(values) // size
-    return Average(mean, error, blocks, size * spacing, bool(settled))
+    return Average(mean, error, blocks, size * spacing, bool(settled), after)

@@ -21,6 +21,7 @@ from stokesfibers.plot.series import energy, series, stress
 from stokesfibers.plot.shapes import shapes
 from stokesfibers.plot.slice import velocity_slice
 from stokesfibers.plot.style import new_axes, save, style
+from stokesfibers.plot.sweep import sweep
 from stokesfibers.plot.tension import tension
 from stokesfibers.plot.theme import DARK, LIGHT, THEMES, dark, on, theme
 
@@ -69,6 +70,7 @@ __all__ = [
     "shapes",
     "stress",
     "style",
+    "sweep",
     "tension",
     "theme",
     "velocity_slice",

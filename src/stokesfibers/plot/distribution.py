@@ -31,7 +31,7 @@ Quantity = Literal["curvature", "end_to_end"]
 _MOST_RECORDS = 400  # more than a column can show
 _LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 _PIECES = 4000  # of all fibers together, at least, whose curvature makes a smooth curve
-_LEAST = {"curvature": 0.1, "end_to_end": 0.05}  # range of the axis if nothing bends
+_LEAST = {"curvature": 0.1, "end_to_end": 0.004}  # range of the axis if nothing bends
 
 
 @dataclass(frozen=True)
@@ -178,6 +178,8 @@ def _figure(data: xr.DataTree, quantity: str, times: ArrayLike | None) -> NDArra
             )
         axes[1].set(xlim=span, ylim=(0.0, 1.03), xlabel=_KINDS[quantity].label)
         axes[1].set_ylabel(f"share of the {_KINDS[quantity].of_what}\nwith a larger value")
+        for ax, direction in zip(axes, "yx", strict=True):
+            ax.ticklabel_format(axis=direction, useOffset=False)
         title = select.time_label(data)
         axes[1].legend(title=title, loc="upper left", bbox_to_anchor=(1.0, 1.0), alignment="left")
         axes[0].figure.align_ylabels(list(axes))

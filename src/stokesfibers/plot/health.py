@@ -95,13 +95,14 @@ def _wall_time(ax: Axes, data: xr.DataTree) -> None:
         return
     time = select.numbers(data, "numerics", "time")
     array = select.read(data, "numerics", "wall_time").transpose("step", ...)
+    total = select.values(select.total_over_rest(array, "step"))
+    # broad and pale below the stages, the slowest of which lies upon it
+    ax.plot(time, total, color=theme().bands[0], linewidth=2.0, label="all stages")
     if "stage" in array.dims and 1 < array.sizes["stage"] <= _FEW_STAGES:
         names = array["stage"].to_numpy()
         for number, line in enumerate(select.values(array).T):
             label = str(names[number]).replace("_", " ")
             ax.plot(time, line, color=theme().palette[1 + number], linewidth=0.4, label=label)
-    total = select.values(select.total_over_rest(array, "step"))
-    ax.plot(time, total, color=theme().palette[0], linewidth=0.4, label="all stages")
     if np.nanmax(total, initial=0.0) > 0.0:
         ax.set_yscale("log")
         _plain_log_ticks(ax)

@@ -257,11 +257,11 @@ def _default_records(data: xr.DataTree, stored: NDArray[np.float64], most: int) 
     if len(stored) <= most:
         return np.arange(len(stored))
     if energy is None:
-        return _spread(np.arange(len(stored)), most)
+        return _even(len(stored), most)
     peak = int(np.argmax(energy))
     bent = np.flatnonzero(energy >= _EVENT * energy[peak])
     if bent[0] == 0 or stored[bent[-1]] - stored[bent[0]] > _MOSTLY * (stored[-1] - stored[0]):
-        return _spread(np.arange(len(stored)), most)
+        return _even(len(stored), most)
     size = max(most, len(bent))
     picked = _spread(np.sort(np.argsort(-energy, kind="stable")[:size]), most)
     if peak not in picked:
@@ -271,6 +271,12 @@ def _default_records(data: xr.DataTree, stored: NDArray[np.float64], most: int) 
 
 def _spread(candidates: Records, most: int) -> Records:
     return candidates[np.round(np.linspace(0, len(candidates) - 1, most)).astype(np.intp)]
+
+
+def _even(count: int, most: int) -> Records:
+    """Return records from the first to the last, at even distances if a few fewer have them."""
+    fitting = (m for m in range(most, most // 2, -1) if (count - 1) % (m - 1) == 0)
+    return _spread(np.arange(count), next(fitting, most))
 
 
 def energy_at(data: xr.DataTree, times: NDArray[np.float64]) -> NDArray[np.float64] | None:

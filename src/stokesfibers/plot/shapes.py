@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _LEGEND_ROWS = 10  # more times than this get a colour bar instead of a legend
+_FEW = 3  # fibers drawn by themselves of many
 _DRIFT = 4.0  # paths this many times as long as what moves along them hide its shape
 
 
@@ -45,7 +46,8 @@ def shapes(
         the elastic energy is largest, or spread over the run if fibers are bent from the start
         or not at all.
     fibers
-        Numbers of the fibers to draw; default all.
+        Numbers of the fibers to draw; default all of up to 8, and the first 3 of more, which over
+        one another could not be told apart.
     plane
         The two directions to draw, horizontal first, e.g. ``"xy"`` or ``"xz"``.
     ax
@@ -63,6 +65,9 @@ def shapes(
         If a time lies outside the stored range, or a fiber or direction does not exist.
     """
     chosen = select.choose(data, times)
+    count = select.read(data, "trajectory", "position").sizes["fiber"]
+    few = fibers is None and count > select.MOST_FIBERS
+    fibers = range(_FEW) if few else fibers
     points = centrelines(data, chosen.records, fibers)[..., select.plane_directions(plane)[:2]]
     follows = follow(points)
     points[..., 0] += offset * np.arange(len(points))[:, None, None]
@@ -76,6 +81,8 @@ def shapes(
         across, up = axis_labels(data, plane, follows=follows)
         moved = f", each record moved by {offset:.3g}" if offset else ""
         ax.set(xlabel=f"{across}{moved}", ylabel=up)
+        if few:
+            ax.set_title(f"fibers 0 to {_FEW - 1} of {count}", loc="left")
         time_key(ax, data, chosen.times)
     return ax
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from math import pi, radians
 
 import numpy as np
 
@@ -32,12 +33,24 @@ def doubts(problem: Problem, plan: Plan) -> tuple[Doubt, ...]:
     found = (
         *bent_without_regularization(problem, plan),
         *engine_doubts(problem, plan),
+        *angle_in_degrees(plan),
         *thick_fibers(problem),
         *crowded_cell(problem),
         *large_memory(problem),
         *rare_or_dense_records(problem, plan),
     )
     return tuple(dict.fromkeys(found))
+
+
+def angle_in_degrees(plan: Plan) -> Iterator[Doubt]:
+    """Doubt an initial angle of more than a turn: it was likely meant in degrees."""
+    if abs(plan.angle) > 2.0 * pi:
+        yield Doubt(
+            "initial.angle",
+            "more than a whole turn; angles are in radians",
+            f"{plan.angle:g}, a turn is {2.0 * pi:.4g}",
+            f"If degrees were meant, {plan.angle:g} of them are {radians(plan.angle):.6g}.",
+        )
 
 
 def thick_fibers(problem: Problem) -> Iterator[Doubt]:

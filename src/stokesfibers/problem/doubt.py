@@ -44,9 +44,12 @@ class Plan:
         Recording intervals.
     positions
         Initial positions at the nodes, (fiber, node, space).
+    angle
+        The initial angle, radians; 0 where the shapes have none.
     """
 
     until: float
     positions_every: float
     observables_every: float
     positions: Positions
+    angle: float = 0.0

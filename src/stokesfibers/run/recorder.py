@@ -28,7 +28,9 @@ from stokesfibers.stepping.base import AbstractStepper, C
 from stokesfibers.stepping.report import StepReport
 
 LEAST_COMMIT_SECONDS = 0.5
-"""Of wall time between commits, each of which replaces some forty files: a kill loses no more."""
+"""Of wall time between commits, each of which replaces some forty files."""
+MOST_COMMIT_SECONDS = 20.0
+"""Of wall time after which steps are stored though no record became due: a kill loses no more."""
 
 
 class Sink(Protocol):
@@ -96,7 +98,7 @@ class Recorder(Generic[C]):
         self._health = health
         self._reports: list[StepReport] = []
         self._saved = recorded  # time of the last checkpoint
-        self._stored = -np.inf  # wall time of the last commit
+        self._begun, self._stored = monotonic(), -np.inf  # wall times of start and last commit
         self.recorded = recorded
         self.committed = 0.0
         self.crossings: list[dict[str, Any]] = []
@@ -116,6 +118,8 @@ class Recorder(Generic[C]):
         self._health.note("spatial_error", report.spatial_error, report.time)
         self._health.step(carry)
         self.catch_up(carry, until)
+        if monotonic() - max(self._begun, self._stored) >= MOST_COMMIT_SECONDS:
+            self.commit(carry, Status("running", self.recorded))
 
     def catch_up(self, carry: C, until: float) -> None:
         """Record what is due in the last step and has not been, up to `until`."""

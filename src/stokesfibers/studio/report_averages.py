@@ -12,7 +12,7 @@ from stokesfibers.core import checks
 from stokesfibers.core.arrays import Array
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.variables import Variable, lookup
-from stokesfibers.observe.averages import block_average
+from stokesfibers.observe.averages import block_average, flow_period
 from stokesfibers.plot import Averaged, select
 
 if TYPE_CHECKING:
@@ -45,24 +45,27 @@ def run_averages(
     Raises
     ------
     InputError
-        If fewer than four values or blocks lie in that time, or `after` is not finite.
+        If fewer than four values or blocks lie in that time, or whole periods of a flow that
+        oscillates; or if `after` is not finite.
     """
     time = select.numbers(data, "observables", "time")
     start = 0.5 * float(time[0] + time[-1]) if after is None else checks.finite("after", after)
-    late = time >= start
+    late, period = time >= start, flow_period(data)
     found = []
     for variable, values in _series(data):
         if not np.isfinite(values).all():
             continue
         try:
-            one = block_average(time[late], values[late], block=block)
+            one = block_average(time[late], values[late], block=block, period=period)
         except InputError as error:
             if error.where == "block":
                 raise
+            if period is not None and late.sum() >= LEAST_VALUES:
+                expected = f"times with {error.expected}"
+                raise InputError("after", expected, error.got, "Run longer.") from None
             shown = f"{start:.6g}, with {int(late.sum())} records after it"
             raise InputError("after", "a time with four records after it", shown) from None
-        first = float(time[late][0])
-        found.append(Averaged(variable, time, values, first, one.mean, one.error, one.settled))
+        found.append(Averaged(variable, time, values, one.after, one.mean, one.error, one.settled))
     return found
 
 
@@ -71,7 +74,12 @@ def has_averages(data: xr.DataTree) -> bool:
     if not select.has(data, "observables", "particle_stress"):
         return False
     time = select.numbers(data, "observables", "time")
-    return int((time >= 0.5 * (time[0] + time[-1])).sum()) >= LEAST_VALUES
+    if int((time >= 0.5 * (time[0] + time[-1])).sum()) < LEAST_VALUES:
+        return False
+    try:
+        return bool(run_averages(data))
+    except InputError:
+        return False
 
 
 def _series(data: xr.DataTree) -> Iterator[tuple[Variable, Array]]:

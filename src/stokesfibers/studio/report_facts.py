@@ -161,7 +161,11 @@ def extreme_rows(data: xr.DataTree) -> Iterator[tuple[str, ...]]:
         if not select.has(data, "observables", name):
             continue
         time = select.numbers(data, "observables", "time")
-        values = select.numbers(data, "observables", name).reshape(len(time), -1)
+        held = select.read(data, "observables", name)
+        summed = name == "elastic_energy" and held.sizes["fiber"] > 1
+        if summed:
+            held = select.total_over_rest(held, "time")  # as its figure shows it
+        values = select.values(held).reshape(len(time), -1)
         if not np.isfinite(values).any():
             continue
         least = name in _SMALLEST
@@ -170,7 +174,7 @@ def extreme_rows(data: xr.DataTree) -> Iterator[tuple[str, ...]]:
         value = float(flat.min() if least else flat.max())
         variable = select.describe(data, "observables", name)
         which = "" if {"largest", "smallest"} & {*variable.meaning.split()} else "largest "
-        meaning = text(which + variable.meaning)
+        meaning = text(which + variable.meaning + (", all fibers" if summed else ""))
         yield meaning, number(value), unit(variable.unit), f"t = {number(float(time[at]))}"
 
 

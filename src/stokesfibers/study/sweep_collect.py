@@ -13,7 +13,9 @@ from stokesfibers.core import checks
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import Table, build, did_you_mean
 from stokesfibers.core.variables import lookup, registered
-from stokesfibers.observe.averages import block_average
+from stokesfibers.flow.base import to_dict as flow_to_dict
+from stokesfibers.flow.period import period_of
+from stokesfibers.observe.averages import block_average, flow_period
 from stokesfibers.observe.observables import recorded
 from stokesfibers.observe.snapshot import Snapshot, Surroundings
 from stokesfibers.problem.problem import Problem
@@ -126,6 +128,14 @@ class Collect:
                 f"{max(0, int(records + 1e-9))} records of observables after t = {self.after:g}",
                 "Set a smaller record.observables_every, collect.after or collect.block.",
             )
+        period = period_of(flow_to_dict(problem.flow))
+        if self.mean and period is not None and until - self.after < _LEAST_RECORDS * period:
+            raise InputError(
+                "collect.mean",
+                f"times for at least four whole periods of the flow, {period:.6g} each",
+                f"{until - self.after:.6g} after t = {self.after:g}",
+                "Set a later stepping.until or an earlier collect.after.",
+            )
 
 
 @dataclass(frozen=True)
@@ -155,7 +165,7 @@ def reduced(run: xr.DataTree, collect: Collect) -> xr.Dataset:
             if name in getattr(collect, key):
                 found |= _extreme(late, key)
         if name in collect.mean:
-            found |= _mean(late, collect.block)
+            found |= _mean(late, collect.block, flow_period(run))
     return xr.Dataset(found)
 
 
@@ -173,10 +183,13 @@ def _extreme(values: xr.DataArray, key: str) -> dict[str, xr.DataArray]:
     }
 
 
-def _mean(values: xr.DataArray, block: float | None) -> dict[str, xr.DataArray]:
+def _mean(
+    values: xr.DataArray, block: float | None, period: float | None
+) -> dict[str, xr.DataArray]:
     name = str(values.name)
     try:
-        average = block_average(values["time"].to_numpy(), values.to_numpy(), block=block)
+        time = values["time"].to_numpy()
+        average = block_average(time, values.to_numpy(), block=block, period=period)
         mean, error, settled = average.mean, average.error, float(average.settled)
     except InputError:  # values that are not finite, or a run that a condition ended early
         mean = error = settled = np.nan

@@ -18,13 +18,12 @@ from numpy.typing import NDArray
 
 from stokesfibers.config.keys import key_at
 from stokesfibers.core.errors import StoreError
-from stokesfibers.core.status import Status
 from stokesfibers.io.atomic import disk_errors
 from stokesfibers.io.provenance import provenance
 from stokesfibers.io.reader import open_run
 from stokesfibers.study.sweep_axes import Axis
 from stokesfibers.study.sweep_collect import reduced
-from stokesfibers.study.sweep_folder import DATASET, RUNS, UNREADABLE, State, SweepFolder
+from stokesfibers.study.sweep_folder import DATASET, RUNS, UNREADABLE, State, SweepFolder, doubt_of
 from stokesfibers.study.sweep_plan import Plan, SweepCase
 from stokesfibers.study.sweep_values import short_names, toml_text
 
@@ -121,7 +120,7 @@ def _taken(folder: SweepFolder, case: SweepCase, state: State, plan: Plan) -> _T
         with open_run(store) as run:
             wall = float(run["numerics"].to_dataset()["wall_time"].sum())
             values = reduced(run, plan.collect) if state.code == "done" else None
-            doubts = "; ".join(map(str, Status.from_dict(dict(run.attrs["status"])).reasons))
+            doubts = doubt_of(run.attrs["status"])
     except (StoreError, OSError, LookupError, ValueError) as error:
         told = f"{UNREADABLE}: {str(error).rstrip('.')}"
         if state.code != "done":  # nothing to keep: what it comes to is not known yet

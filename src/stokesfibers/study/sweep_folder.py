@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from stokesfibers.core.errors import InputError, StoreError
+from stokesfibers.core.status import Status
 from stokesfibers.io import lock, marker
 from stokesfibers.io.atomic import disk_errors, write_atomic
 from stokesfibers.study.sweep_plan import FORMAT, FORMAT_VERSION, Plan, SweepCase
@@ -49,17 +50,25 @@ class State:
         Why it failed, and what to try.
     final
         Whether trying again cannot help; a full disk can be mended, a blow-up not.
+    doubt
+        Why what it gave cannot be trusted.
     """
 
     code: Code
     time: float = 0.0
     reason: str = ""
     final: bool = True
+    doubt: str = ""
 
     @property
     def unreadable(self) -> bool:
         """Whether its run ended well and is damaged by now."""
         return self.code == "failed" and self.reason.startswith(UNREADABLE)
+
+
+def doubt_of(status: Mapping[str, Any]) -> str:
+    """Return why a run with this stored status cannot be trusted; empty if it can."""
+    return "; ".join(map(str, Status.from_dict(dict(status)).reasons))
 
 
 @dataclass(frozen=True)
@@ -141,7 +150,8 @@ class SweepFolder:
                 told = reason if found["code"] == "failed" else ""
                 if found["code"] == "done" and noted is not None and noted.unreadable:
                     return noted
-                return State(found["code"], float(found["time"]), told)
+                doubt = doubt_of(found)
+                return State(found["code"], float(found["time"]), told, doubt=doubt)
             if noted is None:
                 return State("running" if active else "interrupted", float(found["time"]))
             return State(noted.code, float(found["time"]), noted.reason, noted.final)

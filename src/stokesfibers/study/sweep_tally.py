@@ -46,6 +46,10 @@ class Tally:
         )
         return sum(parts) / self.total
 
+    def doubtful(self) -> Iterator[tuple[SweepCase, State]]:
+        """Yield the cases that ended well with results that cannot be trusted."""
+        return ((c, state) for c, state in self.states if state.code == "done" and state.doubt)
+
     def failures(self) -> Iterator[tuple[SweepCase, State]]:
         """Yield the cases that failed."""
         return ((case, state) for case, state in self.states if state.code == "failed")

@@ -141,6 +141,12 @@ def test_every_command_that_reads_a_case_refuses(command, case, invoke):
         (b"[fiber", "expected valid TOML"),
         (b"\xff\xfe[fiber]", "expected a readable TOML file"),
         (b"[stepping]\nuntil = 61,44\n", "Decimals have a point: 61.44."),
+        (
+            b"[fiber]\nlength = 1 mm\n",
+            "The line is: length = 1 mm  Numbers have no unit behind them.",
+        ),
+        (b"[flow]\nkind = shear\n", "The line is: kind = shear  Text is in quotes."),
+        (b"[flow]\nrate =\n", "The line is: rate =  A value is missing behind =."),
         (b"", "fiber: expected a table"),
         (
             b"[fiber]\nslenderness=1e-2\n[flow]\nkind='shear'\n",
@@ -156,7 +162,19 @@ def test_every_command_that_reads_a_case_refuses(command, case, invoke):
             "stepping.until: expected the time to stop",
         ),
     ],
-    ids=["no toml", "no text", "comma", "empty", "no fluid", "no fiber", "both", "no end"],
+    ids=[
+        "no toml",
+        "no text",
+        "comma",
+        "unit",
+        "quotes",
+        "nothing",
+        "empty",
+        "no fluid",
+        "no fiber",
+        "both",
+        "no end",
+    ],
 )
 def test_bad_case_file_is_refused(text, fragment, case, invoke):
     case.write_bytes(text)

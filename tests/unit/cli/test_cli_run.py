@@ -18,7 +18,9 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
+import stokesfibers as sf
 from stokesfibers.cli import words
+from stokesfibers.cli.bars import patience
 from stokesfibers.cli.check import _too_much
 from stokesfibers.cli.main import main
 from stokesfibers.config.case import load_case
@@ -462,3 +464,66 @@ def test_output_can_be_cut_short(run):
     os.close(write)
     assert b"Traceback" not in done.stderr
     assert b"fault" not in done.stderr
+
+
+def test_what_takes_long_is_said(monkeypatch, capsys):
+    monkeypatch.setattr("stokesfibers.cli.bars.PATIENCE_SECONDS", 0.05)
+    with patience("counting"):
+        assert wait_for(lambda: capsys.readouterr().err == "counting ...\n")
+    with patience("counting", quiet=True):
+        time.sleep(0.2)
+    monkeypatch.setattr("stokesfibers.cli.bars.PATIENCE_SECONDS", 5.0)
+    with patience("counting"):
+        pass
+    assert capsys.readouterr().err == ""
+
+
+def wait_for(done, seconds=10.0):
+    end = time.monotonic() + seconds
+    while not done():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.01)
+    return True
+
+
+def test_check_tells_kinds_of_fibers_apart_and_what_the_rate_is(case, invoke):
+    text = case.read_text().replace("[fiber]", "[[fiber]]", 1)
+    case.write_text(text + "\n[[fiber]]\nslenderness = 1e-2\nlength = 0.5\ncount = 2\n")
+    lattice = "initial={kind='lattice', cells=[3, 1, 1], box=[9, 9, 9]}"
+    waves = "flow={kind='oscillatory_shear', frequency=1.0}"
+    result = invoke("check", case, "--set", lattice, "--set", waves)
+    assert result.exit_code == 0, result.output
+    groups = result.stdout.partition("Dimensionless groups")[2].partition("Doubtful")[0]
+    rows = [line.split() for line in groups.splitlines() if line.strip()]
+    assert [row for row in rows if row[0].startswith("fiber[")] == [
+        ["fiber[0]", "1", "x", "length", "1"],
+        ["fiber[1]", "2", "x", "length", "0.5"],
+    ]
+    assert groups.count("rate is the amplitude") == 2
+    once = invoke("check", case.parent / "case.toml", "--set", lattice).stdout
+    assert "rate is the amplitude" not in once
+
+
+def test_a_run_that_is_in_the_way_is_refused_before_anything_is_said(case, invoke, monkeypatch):
+    monkeypatch.chdir(case.parent)
+    assert invoke("run", case).exit_code == 0
+    result = invoke("run", case)
+    assert result.exit_code == 2
+    assert "Storing in" not in result.stdout
+
+
+def test_the_energy_shown_is_that_of_all_fibers(tmp_path, invoke):
+    fiber = sf.Fiber(slenderness=1e-2, count=2)
+    problem = sf.Problem(fiber, mu_bar=1e4, flow=sf.Shear(1.0))
+    bent = tuple(
+        sf.shapes.nearly_straight(fiber, angle=2.0, amplitude=5.0, centre=(0.0, 0.0, 2.0 * z))
+        for z in range(2)
+    )
+    path = tmp_path / "two.zarr"
+    result = sf.simulate(problem, bent, until=0.1, record=sf.every(0.05), out=path)
+    energy = result.data["observables"]["elastic_energy"].sum("fiber")
+    found = json.loads(invoke("show", path, "--json").stdout)["extremes"]
+    (shown,) = [one for one in found if one["name"] == "elastic_energy"]
+    assert shown["value"] == pytest.approx(float(energy.max()), rel=1e-12)
+    assert shown["meaning"] == "largest elastic energy, all fibers"

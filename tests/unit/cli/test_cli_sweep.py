@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -73,6 +75,9 @@ def test_dry_run_lists_the_cases_and_makes_nothing(file, invoke):
     assert result.exit_code == 0
     assert "fluid.mu_bar" in result.stdout
     assert "mu_bar=10000-" in result.stdout
+    cost = result.stdout.partition("\nCost\n")[2].splitlines()
+    assert [line.split("-")[0].strip() for line in cost[:2]] == ["mu_bar=1000", "mu_bar=10000"]
+    assert re.fullmatch(r"  all 2, if alike +about .+ on (one process|2 processes), .+ kB", cost[2])
     assert not Path("twofold").exists()
 
 
@@ -186,6 +191,37 @@ def test_help_names_the_plain_form_and_the_other_commands(invoke):
         assert f"  {option} " in said
 
 
+def test_doubtful_results_are_counted_and_explained(tmp_path, monkeypatch, invoke):
+    monkeypatch.chdir(tmp_path)
+    coarse = SWEEP.replace("rtol = 1e-3", "dt = 0.25, order = 1").replace(
+        "amplitude = 0.1", "amplitude = 20.0"
+    )
+    Path("rough.toml").write_text(coarse.replace("[1e3, 1e4]", "[1e3, 1e5]"))
+    result = invoke("sweep", "rough.toml", "--workers", 1)
+    assert result.exit_code == 0
+    assert "cannot be trusted; 'stokesfibers sweep status rough' says why." in result.stderr
+    found = json.loads(invoke("sweep", "status", "rough", "--json").stdout)
+    doubts = [state["doubt"] for state in found["states"]]
+    assert found["doubtful"] == sum(map(bool, doubts)) > 0
+    assert found["counts"]["done"] == 2
+    held = xr.open_zarr("rough/sweep.zarr")["doubt"].to_numpy().tolist()
+    assert doubts == held
+    said = invoke("sweep", "status", "rough").stdout
+    assert f"2 done, {found['doubtful']} of them doubtful" in said
+    assert "\nDoubtful\n" in said
+    assert next(filter(None, doubts)).rstrip(".") in said
+
+
+def test_means_over_part_of_a_period_are_refused(file, invoke):
+    waves = "flow = {kind = 'oscillatory_shear', frequency = 4.0}"
+    text = SWEEP.replace('flow.kind = "shear"', waves) + 'mean = ["shear_stress"]\n'
+    text = text.replace("positions_every = 0.25", "positions_every = 0.05")
+    file.write_text(text.replace("frequency = 4.0", "frequency = 7.0"))
+    assert "at least four whole periods of the flow, 0.142857" in invoke("sweep", file).stderr
+    file.write_text(text.replace("frequency = 4.0", "frequency = 8.0"))
+    assert invoke("sweep", file, "--dry-run").exit_code == 0
+
+
 @pytest.mark.parametrize("shipped", SWEEPS, ids=lambda p: p.stem)
 def test_shipped_sweeps_are_valid(shipped):
     assert len(read_plan(shipped).cases) >= 6
@@ -193,3 +229,35 @@ def test_shipped_sweeps_are_valid(shipped):
 
 def test_some_sweeps_are_shipped():
     assert SWEEPS
+
+
+def test_a_figure_of_a_sweep_is_one_command(file, invoke):
+    assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
+    result = invoke("sweep", "plot", "twofold")
+    assert result.exit_code == 0, result.output
+    target = Path("twofold-elastic_energy_final.png")
+    assert result.stdout.strip() == str(target.resolve())
+    assert (
+        "It shows elastic_energy_final; there are also: time_reached, wall_time." in result.stderr
+    )
+    assert target.stat().st_size > 5000
+    result = invoke("sweep", "plot", "twofold", "wall_time", "--out", "t.pdf", "--at", "mu_bar=9e3")
+    assert result.exit_code == 2
+    assert "--at: expected a parameter to draw along, got a single case" in result.stderr
+    for options, said in (
+        (("elastic",), "NAME: expected one of elastic_energy_final"),
+        (("--x", "mu"), "--x: expected a swept parameter: mu_bar"),
+        (("--at", "mu_bar"), "--at: expected NAME=VALUE"),
+        (("--out", "t.bmp"), "--out: expected a file name ending in .png"),
+    ):
+        result = invoke("sweep", "plot", "twofold", *options)
+        assert (result.exit_code, said in result.stderr) == (2, True), result.stderr
+    assert not Path("t.pdf").exists()
+    assert "sweep plot twofold" in invoke("plot", "twofold", "shapes").stderr
+
+
+def test_a_sweep_that_has_not_ended_is_drawn_from_its_runs(file, invoke):
+    assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
+    shutil.rmtree("twofold/sweep.zarr")
+    assert invoke("sweep", "plot", "twofold", "--out", "t.svg", "--dark").exit_code == 0
+    assert Path("t.svg").is_file()

@@ -63,7 +63,10 @@ WRONG = [
     ("resume case.toml", "a stored run, got a case file. Run it first: stokesfibers run case.toml"),
     ("show sweep.toml", "got a sweep file. Run it with: stokesfibers sweep sweep.toml"),
     ("plot tables shapes", "got an export of a run. Give the run that it was made from."),
-    ("view two", "Give one of its runs, such as two/runs/a=1-0.zarr; how its cases stand: stokesf"),
+    (
+        "view two",
+        "Give one of its runs, such as two/runs/a=1-0.zarr; or draw what it gave: ",
+    ),
     ("report two/sweep.zarr", 'the dataset of a sweep. Read it with xarray.open_zarr("two/sweep'),
     ("movie case.toml a.gif", "a stored run, got a case file"),
     ("export two --csv x", "a stored run, got the folder of a sweep"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -120,3 +122,61 @@ def test_too_few_or_bad_values_are_refused():
         block_average(np.arange(3.0), np.arange(3.0))
     with pytest.raises(InputError, match="finite"):
         block_average(np.arange(5.0), np.array([1.0, np.nan, 1.0, 1.0, 1.0]))
+
+
+def _waves(end: float, spacing: float = 0.01) -> tuple[np.ndarray, np.ndarray]:
+    time = np.arange(0.0, end + 0.5 * spacing, spacing)
+    return time, np.sin(2.0 * np.pi * time / 2.0)
+
+
+@pytest.mark.parametrize("end", [8.0, 8.5, 9.3, 11.99])
+def test_averages_over_whole_periods_of_a_wave_are_exact(end):
+    time, wave = _waves(end)
+    plain = block_average(time, wave)
+    assert plain.error > 0.01
+    found = block_average(time, wave, period=2.0)
+    assert abs(found.mean) < 1e-12
+    assert found.error < 1e-12
+    squares = block_average(time, 3.0 + wave**2, period=2.0)
+    assert_close(squares.mean, 3.5, rtol=1e-12)
+    count = int((end + 0.01) // 2.0)
+    assert squares.blocks == count
+    # the value at the end of a period belongs to it
+    assert_close(1.0 + squares.after, 1.01 + time[-1] - 2.0 * count, rtol=1e-9)
+
+
+def test_what_changes_from_period_to_period_is_the_error():
+    time, wave = _waves(16.0)
+    level = np.array([5.0, -1.0, 2.0, 0.0, 1.0, 4.0, -3.0, 0.0])
+    values = wave + level[np.minimum(np.ceil(time / 2.0 - 1e-9).astype(int) - 1, 7)]
+    found = block_average(time, values, period=2.0, block=2.0)
+    assert_close([found.mean, found.block], [1.0, 2.0], rtol=1e-12)
+    assert_close(found.error, level.std(ddof=1) / np.sqrt(8.0), rtol=1e-12)
+    pairs = block_average(time, values, period=2.0, block=4.0)
+    assert_close(pairs.error, level.reshape(4, 2).mean(axis=1).std(ddof=1) / 2.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("end", "spacing", "said"),
+    [
+        (7.9, 0.01, "at least 4 whole periods of the flow, got 7.9, 3 of 2"),
+        (80.0, 0.3, "at least 8 values in each period of the flow, 2, got one each 0.3"),
+    ],
+)
+def test_too_few_periods_or_values_in_one_are_refused(end, spacing, said):
+    with pytest.raises(InputError, match=said):
+        block_average(*_waves(end, spacing), period=2.0)
+
+
+def test_a_runs_flow_tells_the_period():
+    time, wave = _waves(11.0)
+    shear = {"kind": "oscillatory_shear", "amplitude": 1.0, "frequency": 0.5}
+    for flow in (shear, {"kind": "sum", "flows": [{"kind": "shear", "rate": 1.0}, shear]}):
+        data = xr.DataTree.from_dict(
+            {"observables": xr.Dataset({"shear_stress": ("time", wave)}, {"time": time})}
+        )
+        data.attrs["case"] = json.dumps({"flow": flow})
+        assert abs(average_of(data, "shear_stress", after=1.0).mean) < 1e-12
+    data.attrs["case"] = json.dumps({"flow": {"kind": "shear", "rate": 1.0}})
+    assert abs(average_of(data, "shear_stress", after=1.0).mean) < 0.1
+    assert average_of(data, "shear_stress", after=1.0).error > 0.01

@@ -118,7 +118,7 @@ def test_one_straight_fiber_still_has_a_figure(run, tmp_path):
     for draw in (plot.curvature, plot.end_to_end):
         axes = draw(run)
         span = axes[1].get_xlim()
-        assert span[1] - span[0] >= 0.05
+        assert span[1] - span[0] >= 0.004
         assert plot.save(axes, tmp_path / "a.png", dpi=50).exists()
 
 

@@ -23,7 +23,7 @@ def test_panels_hold_the_stored_values(run):
     np.testing.assert_array_equal(step.get_lines()[0].get_xdata(), numerics["time"].to_numpy())
     np.testing.assert_array_equal(step.get_lines()[0].get_ydata(), numerics["step_size"].to_numpy())
     assert step.get_lines()[0].get_drawstyle() == "steps-pre"
-    tension, positions, total = wall.get_lines()
+    total, tension, positions = wall.get_lines()
     assert np.all(tension.get_ydata() == 0.25)
     assert np.all(positions.get_ydata() == 0.5)
     assert np.all(total.get_ydata() == 0.75)

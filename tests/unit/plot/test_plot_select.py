@@ -50,7 +50,7 @@ def test_default_records_cover_the_bending_and_hold_its_peak(run):
 
 
 def test_default_records_are_spread_without_energy_or_visible_bending(run):
-    even = np.round(np.linspace(0, 40, 8)).astype(int).tolist()
+    even = [0, 8, 16, 24, 32, 40]
     assert select.pick_records(without(run, "observables", "elastic_energy"), None).tolist() == even
     stiff = run.copy(deep=True)
     stiff["observables"]["largest_curvature"][:] *= 1e-3
@@ -61,7 +61,7 @@ def test_default_records_are_spread_without_energy_or_visible_bending(run):
 
 
 def test_default_records_are_spread_where_fibers_bend_from_the_start_or_all_along(run):
-    even = np.round(np.linspace(0, 40, 8)).astype(int).tolist()
+    even = [0, 8, 16, 24, 32, 40]
     observed = run["observables"]["time"].to_numpy()
     relaxing, tumbling = run.copy(deep=True), run.copy(deep=True)
     relaxing["observables"]["elastic_energy"][:, 0] = np.exp(-20.0 * observed)
@@ -144,3 +144,17 @@ def test_a_users_observable_is_labelled_by_the_store_or_refused(run):
 def test_axis_labels(unit, meaning, label):
     variable = Variable("q", "observables", ("time",), unit, "q", meaning)
     assert select.axis_label(variable).startswith(label)
+
+
+@pytest.mark.parametrize(
+    ("count", "picked"),
+    [
+        (43, [0, 6, 12, 18, 24, 30, 36, 42]),
+        (121, [0, 20, 40, 60, 80, 100, 120]),
+        (48, [0, 7, 13, 20, 27, 34, 40, 47]),  # 47 is prime
+        (5, [0, 1, 2, 3, 4]),
+    ],
+)
+def test_default_records_are_evenly_spaced_where_a_few_fewer_can_be(count, picked):
+    data = xr.DataTree.from_dict({"trajectory": xr.Dataset(coords={"time": np.arange(count)})})
+    assert select.pick_records(data, None).tolist() == picked

@@ -49,6 +49,9 @@ def plan_of(problem: Problem, *, amplitude: float = -1e-4, **changes: float) -> 
     return Plan(**times, positions=nodal_positions(shape, problem))
 
 
+PLAN = plan_of(PAPERS_RUN)
+
+
 def wheres(problem: Problem, **changes: float) -> set[str]:
     return {d.where for d in doubts(problem, plan_of(problem, **changes))}
 
@@ -61,6 +64,15 @@ def test_papers_run_is_not_doubtful():
 def test_thick_fibers(eps, doubted):
     problem = replace(PAPERS_RUN, fiber=Fiber(slenderness=eps))
     assert bool(list(checks.thick_fibers(problem))) is doubted
+
+
+@pytest.mark.parametrize(
+    ("angle", "said"), [(2.967, ""), (-6.28, ""), (170.0, "2.96706"), (-45.0, "-0.785")]
+)
+def test_angles_in_degrees(angle, said):
+    found = [str(doubt) for doubt in checks.angle_in_degrees(replace(PLAN, angle=angle))]
+    assert bool(found) is bool(said)
+    assert all(said in text and "radians" in text for text in found)
 
 
 @pytest.mark.parametrize("rate", [1.0, -4.0])

@@ -1,6 +1,8 @@
-"""Commits cost more than steps of a small run: they come at most twice a second."""
+"""When a run commits: not too often, since that costs, and not too rarely, since a kill loses."""
 
 from __future__ import annotations
+
+import shutil
 
 import numpy as np
 import pytest
@@ -29,3 +31,35 @@ def test_commits_keep_their_distance_and_records_do_not_depend_on_it(
     kept = sf.open_run(tmp_path / "run.zarr")["trajectory"]["position"].to_numpy()
     expected = sf.simulate(problem, bent, **options).data["trajectory"]["position"].to_numpy()
     assert np.array_equal(kept, expected)
+
+
+def test_steps_are_kept_where_no_record_comes_for_long(monkeypatch, tmp_path):
+    """A kill between two records that are far apart loses no more than the last seconds."""
+    fiber = sf.Fiber(slenderness=1e-2)
+    engine = sf.SpectralEngine(dt=0.01, order=2, nodes=8)
+    problem = sf.Problem(fiber, mu_bar=1e3, flow=sf.Shear(1.0), engine=engine)
+    bent = sf.shapes.nearly_straight(fiber, angle=2.0, amplitude=1e-2)
+    options = {"until": 0.5, "record": sf.every(0.5, observables=0.5)}
+    expected = sf.simulate(problem, bent, **options).data
+    monkeypatch.setattr("stokesfibers.run.recorder.MOST_COMMIT_SECONDS", 0.0)
+    path, copy = tmp_path / "run.zarr", tmp_path / "copy.zarr"
+
+    taken = []
+
+    def killed(moment):
+        taken.append(moment.time)
+        if moment.time > 0.305:
+            shutil.copytree(path, copy)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sf.simulate(problem, bent, out=path, watch=killed, **options)
+    with RunStore.open(copy) as store:
+        assert store.lengths["numerics"] == len(taken)
+        assert store.status["time"] == taken[-1]
+    assert sf.resume(copy).status.code == "done"
+    for group in ("trajectory", "observables", "numerics"):
+        found = sf.open_run(copy)[group].to_dataset()
+        for name, values in expected[group].to_dataset().data_vars.items():
+            if name != "wall_time":
+                assert np.array_equal(found[name], values, equal_nan=True), name

@@ -1,0 +1,94 @@
+"""``stokesfibers sweep plot``: a figure of what a sweep gave."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from stokesfibers.cli.failure import guarded
+from stokesfibers.cli.options import RUN, folder_argument
+from stokesfibers.cli.replacing import replacing
+from stokesfibers.cli.typed import named_as_typed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_TYPED = {"name": "NAME", "x": "--x", "at": "--at", "path": "--out", "dpi": "--dpi"}
+
+
+@click.command("plot", short_help="Draw what it gave: sweep plot DIR [NAME] [--x DIM] [--at ...].")
+@folder_argument
+@click.argument("name", required=False)
+@click.option("--x", help="Parameter along the axis; by default the one with most values.")
+@click.option(
+    "--at",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Stay at this value of a parameter, or the nearest; may be given for several.",
+)
+@click.option(
+    "--out",
+    type=RUN,
+    help="File to write, .png, .pdf or .svg; by default DIR-NAME.png beside DIR.",
+)
+@click.option("--dark", is_flag=True, help="Draw on a dark ground, for screens and slides.")
+@click.option("--dpi", type=int, default=200, show_default=True, help="Dots per inch of a png.")
+@guarded
+def plot_sweep(
+    *,
+    folder: Path,
+    name: str | None,
+    x: str | None,
+    at: tuple[str, ...],
+    out: Path | None,
+    dark: bool,
+    dpi: int,
+) -> None:
+    """Draw the variable NAME of the sweep in the folder DIR against a swept parameter.
+
+    A second parameter gives lines, a third panels; seeds and fibers become their mean with one
+    standard error. Series are drawn against time. Results that cannot be trusted are hollow. While
+    the sweep runs, what is there is drawn. A figure that is there already is replaced.
+
+    NAME is a variable of the dataset, such as elastic_energy_largest; without it the first of
+    [collect] is drawn, and the others are named.
+    """
+    from stokesfibers.plot import DARK, LIGHT, on, save, sweep
+    from stokesfibers.plot.style import checked_path
+    from stokesfibers.plot.sweep_data import drawable
+
+    data = _dataset(folder)
+    first, *others = drawable(data) or [""]
+    chosen = name or first
+    target = out or folder.resolve().with_name(f"{folder.resolve().name}-{chosen}.png")
+    with named_as_typed(_TYPED), replacing(target), on(DARK if dark else LIGHT):
+        checked_path(target)
+        drawn = sweep(data, name, x=x, at=dict(map(_stay, at)))
+        click.echo(save(drawn, target, dpi))
+    if name is None and others:
+        click.echo(f"It shows {first}; there are also: {', '.join(others)}.", err=True)
+
+
+def _stay(text: str) -> tuple[str, str]:
+    from stokesfibers.core.errors import InputError
+
+    name, equal, value = text.partition("=")
+    if not (name and equal and value):
+        raise InputError("at", "NAME=VALUE", repr(text))
+    return name.strip(), value.strip()
+
+
+def _dataset(folder: Path) -> xr.Dataset:
+    """Return the sweep's dataset: the stored one, or while it runs what there is."""
+    import xarray as xr
+
+    from stokesfibers.study.sweep_dataset import dataset
+    from stokesfibers.study.sweep_folder import DATASET, SweepFolder
+
+    plan = SweepFolder(folder).plan()  # errors name the folder as it was typed
+    held = SweepFolder(folder.resolve())
+    if (folder / DATASET).is_dir() and not held.active():
+        return xr.open_zarr(folder / DATASET).load()
+    return dataset(held, plan)

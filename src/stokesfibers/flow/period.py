@@ -1,0 +1,25 @@
+"""The period of a flow that oscillates, from its plain values: averages count whole periods."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from stokesfibers.flow.shear import OscillatoryShear
+from stokesfibers.flow.sum import SumOfFlows
+
+
+def period_of(flow: Mapping[str, Any]) -> float | None:
+    """Return the period [time] of a flow; None of one that is steady, or whose table cannot tell.
+
+    Parameters
+    ----------
+    flow
+        The flow as `stokesfibers.flow.base.to_dict` and stored cases give it. Of a sum the longest
+        period of its parts.
+    """
+    if flow.get("kind") == OscillatoryShear.kind:
+        return 1.0 / float(flow["frequency"])
+    if flow.get("kind") == SumOfFlows.kind:
+        return max(filter(None, map(period_of, flow["flows"])), default=None)
+    return None

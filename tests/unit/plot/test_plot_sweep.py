@@ -1,0 +1,188 @@
+"""Figures of sweeps: which parameter goes where, what is averaged, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from stokesfibers.core.errors import InputError
+from stokesfibers.plot import save, sweep
+from stokesfibers.plot.sweep_data import cut, drawable
+from support import assert_close
+
+MU = np.array([1e3, 1e4, 1e5, 1e6])
+EPS = np.array([1e-2, 1e-3])
+SEEDS = 3
+
+
+def swept() -> xr.Dataset:
+    """Energies mu eps (1 + seed) of one fiber, with a series, a failed and a doubtful case."""
+    shape = (len(MU), len(EPS), SEEDS)
+    energy = MU[:, None, None] * EPS[:, None] * (1.0 + np.arange(SEEDS))
+    status = np.full(shape, "done", dtype=object)
+    doubt = np.full(shape, "", dtype=object)
+    status[0, 1, :], doubt[2, 0, 1] = "failed", "lengths err"
+    energy = np.where(status == "done", energy, np.nan)
+    dims = ("mu_bar", "slenderness", "seed")
+    said = {
+        "long_name": "elastic energy, largest over time",
+        "symbol": "E",
+        "units": "force length",
+    }
+    time = np.linspace(0.0, 2.0, 5)
+    return xr.Dataset(
+        {
+            "status": (dims, status),
+            "doubt": (dims, doubt),
+            "wall_time": (dims, np.ones(shape)),
+            "energy_largest": ((*dims, "fiber"), energy[..., None], said),
+            "energy_largest_time": ((*dims, "fiber"), energy[..., None]),
+            "stress": ((*dims, "time"), energy[..., None] * time),
+            "tensor": ((*dims, "i", "j"), np.ones((*shape, 2, 2))),
+            "stress_mean": (dims, energy),
+            "stress_mean_error": (dims, 0.1 * energy),
+            "stress_mean_settled": (dims, np.ones(shape)),
+        },
+        coords={
+            "mu_bar": ("mu_bar", MU, {"symbol": r"\bar\mu", "long_name": "effective viscosity"}),
+            "slenderness": ("slenderness", EPS),
+            "seed": np.arange(SEEDS),
+            "time": ("time", time, {"symbol": "t", "long_name": "time", "units": "time"}),
+        },
+    )
+
+
+def test_what_can_be_drawn_starts_with_one_number_for_each_case():
+    assert drawable(swept()) == [
+        "energy_largest",
+        "stress_mean",
+        "stress",
+        "energy_largest_time",
+        "wall_time",
+    ]
+
+
+def test_seeds_become_their_mean_with_its_standard_error():
+    found = cut(swept(), None, x=None, at={})
+    assert found.x.name == "mu_bar"
+    assert found.lines is not None
+    assert (found.lines.name, found.lines.texts) == ("slenderness", ["0.01", "0.001"])
+    assert found.panels is None
+    assert found.errors is not None
+    expected = 2.0 * EPS[:, None] * MU
+    known = np.isfinite(found.values[0])
+    assert np.argwhere(~known).tolist() == [[1, 0]]
+    assert_close(found.values[0][known], expected[known], rtol=1e-12)
+    assert_close(found.errors[0][known], 0.5 * expected[known] / np.sqrt(3.0), rtol=1e-12)
+    assert np.argwhere(found.doubtful[0]).tolist() == [[0, 2]]
+    assert found.label == "elastic energy, largest over time, mean of seeds\n$E$ [force length]"
+
+
+def test_a_stored_mean_brings_its_own_error():
+    found = cut(swept(), "stress_mean", x=None, at={"seed": "1"})
+    assert found.errors is not None
+    expected = 2.0 * EPS[:, None] * MU
+    assert_close(found.values[0, :, 1:], expected[:, 1:], rtol=1e-12)
+    assert_close(found.errors[0, :, 1:], 0.1 * expected[:, 1:], rtol=1e-12)
+
+
+def test_seeds_can_be_the_axis_and_others_lines_and_panels():
+    found = cut(swept(), "stress_mean", x="seed", at={})
+    assert (found.x.name, found.lines.name, found.panels.name) == ("seed", "mu_bar", "slenderness")
+    assert found.values.shape == (2, 4, 3)
+    assert_close(found.values[1, 3], 1e3 * np.array([1.0, 2.0, 3.0]), rtol=1e-12)
+
+
+def test_one_stays_at_the_nearest_value():
+    found = cut(swept(), None, x="slenderness", at={"mu_bar": "9e3", "seed": 2})
+    assert found.lines is None
+    assert_close(found.values[0, 0], [300.0, 30.0], rtol=1e-12)
+
+
+def test_series_are_drawn_against_time():
+    axes = sweep(swept(), "stress", at={"slenderness": 1e-2})
+    assert axes.shape == (1,)
+    lines = axes[0].get_lines()
+    assert len(lines) == 4
+    assert_close(lines[1].get_xydata()[:, 0], [0.0, 0.5, 1.0, 1.5, 2.0], rtol=1e-12)
+    assert_close(lines[1].get_ydata()[-1], 2.0 * 2.0 * 100.0, rtol=1e-12)
+    assert axes[0].get_xlabel() == "time $t$"
+
+
+def test_scales_are_logarithmic_where_values_spread_and_doubtful_points_hollow():
+    (ax,) = sweep(swept(), "energy_largest")
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
+    ground = ax.get_facecolor()
+    hollow = [
+        line
+        for line in ax.get_lines()
+        if line.get_marker() == "o" and len(line.get_xdata()) and line.get_linestyle() == "None"
+    ]
+    assert [line.get_xdata().tolist() for line in hollow] == [[1e5]]
+    assert_close(
+        np.array([int(hollow[0].get_markerfacecolor()[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0,
+        ground[:3],
+        atol=1e-12,
+    )
+    (ax,) = sweep(swept(), "energy_largest", x="slenderness", at={"mu_bar": 1e4})
+    assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "linear")
+
+
+def test_names_of_cases_are_ticks(tmp_path):
+    data = swept().isel(slenderness=0, seed=0, drop=True)
+    data = data.rename(mu_bar="case").assign_coords(case=["thin", "thick", "soft", "stiff"])
+    (ax,) = sweep(data)
+    assert [text.get_text() for text in ax.get_xticklabels()] == ["thin", "thick", "soft", "stiff"]
+    assert save(sweep(data), tmp_path / "cases.svg").stat().st_size > 1000
+
+
+def test_walked_together_a_numeric_coordinate_is_the_axis():
+    data = swept().isel(slenderness=0, seed=0, drop=True).rename_dims(mu_bar="sample")
+    found = cut(data, None, x=None, at={})
+    assert (found.x.name, found.x.symbol) == ("sample", r"$\bar\mu$")
+    assert_close(found.x.numbers, MU, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "where", "said"),
+    [
+        ("enrgy_largest", {}, "name", "Did you mean 'energy_largest'?"),
+        ("tensor", {}, "name", "one of energy_largest"),
+        ("stress", {"x": "mu_bar"}, "x", "time, since the variable is a series"),
+        (None, {"x": "mu"}, "x", "a swept parameter: mu_bar, slenderness"),
+        (None, {"at": {"mu": 1.0}}, "at", "a swept parameter: mu_bar, slenderness, seed"),
+        (None, {"at": {"mu_bar": "soft"}}, "at", "a number for mu_bar"),
+        (None, {"at": {"mu_bar": 1.0, "slenderness": 1e-3}}, "name", "none is known"),
+        (None, {"at": {"mu_bar": 1.0, "slenderness": 1e-3, "seed": 1}}, "at", "a single case"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(name, options, where, said):
+    with pytest.raises(InputError, match=where) as caught:
+        sweep(swept(), name, **options)
+    assert said in str(caught.value)
+    assert caught.value.where == where
+
+
+def test_too_many_lines_are_refused():
+    many = xr.concat(
+        [swept().assign_coords(slenderness=EPS / k) for k in range(1, 8)], "slenderness"
+    )
+    with pytest.raises(
+        InputError, match="at most 12 lines, got 14 values of slenderness"
+    ) as caught:
+        sweep(many, x="mu_bar")
+    assert "x = 'slenderness'" in str(caught.value)
+
+
+def test_values_that_spread_are_written_as_powers_and_panels_share_their_heights():
+    data = swept().isel(seed=0, drop=True)
+    found = cut(data, None, x="slenderness", at={})
+    assert found.lines.texts == ["$10^{3}$", "$10^{4}$", "$10^{5}$", "$10^{6}$"]
+    axes = sweep(data, "stress")
+    assert [ax.get_title(loc="left") for ax in axes] == [
+        "slenderness = 0.01",
+        "slenderness = 0.001",
+    ]
+    assert axes[0].get_ylim() == axes[1].get_ylim()
+    assert axes[0].get_ylim()[1] > 2e4
