@@ -30,6 +30,7 @@ from stokesfibers.io.reader import open_run
 from stokesfibers.run.advance import Moment
 from stokesfibers.run.estimate import Cost
 from stokesfibers.run.progress import progress
+from stokesfibers.studio.report_facts import extreme_rows
 
 CASES = sorted((Path(__file__).parents[3] / "cases").glob("*.toml"))
 PROGRAM = [sys.executable, "-c", "from stokesfibers.cli.main import main; main()"]
@@ -527,3 +528,7 @@ def test_the_energy_shown_is_that_of_all_fibers(tmp_path, invoke):
     (shown,) = [one for one in found if one["name"] == "elastic_energy"]
     assert shown["value"] == pytest.approx(float(energy.max()), rel=1e-12)
     assert shown["meaning"] == "largest elastic energy, all fibers"
+    rows = {row[0]: row for row in extreme_rows(result.data)}
+    assert float(rows["largest elastic energy, all fibers"][1]) == pytest.approx(
+        float(energy.max()), rel=1e-5
+    )

@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import xarray as xr
 
+from stokesfibers.cli.sweep_cost import _rows
+from stokesfibers.run.estimate import Cost
 from stokesfibers.study.sweep_plan import read_plan
 
 SWEEPS = sorted((Path(__file__).parents[3] / "cases" / "sweeps").glob("*.toml"))
@@ -261,3 +264,18 @@ def test_a_sweep_that_has_not_ended_is_drawn_from_its_runs(file, invoke):
     shutil.rmtree("twofold/sweep.zarr")
     assert invoke("sweep", "plot", "twofold", "--out", "t.svg", "--dark").exit_code == 0
     assert Path("t.svg").is_file()
+
+
+def test_the_cost_of_all_cases_is_the_mean_of_both_ends_over_the_processes():
+    short = Cost(100, 11, 21, 1e-3, 10.0, 1_000_000, settled=True)
+    long = replace(short, seconds=50.0, store_bytes=3_000_000)
+    rows = dict(_rows({"a": short, "b": long}, 8, 4))
+    assert rows == {
+        "a": "about 10 s, store 1 MB",
+        "b": "about 50 s, store 3 MB",
+        "all 8, if alike": "about 1 min 0 s on 4 processes, 16 MB",
+    }
+    rows = dict(_rows({"a": short, "b": replace(long, settled=False)}, 8, 4))
+    assert list(rows) == ["a", "b"]
+    assert "cannot be told" in rows["b"]
+    assert dict(_rows({"a": None}, 1, 1)) == {"a": "unknown: the first step has no solution"}

@@ -57,6 +57,9 @@ def test_steps_are_kept_where_no_record_comes_for_long(monkeypatch, tmp_path):
     with RunStore.open(copy) as store:
         assert store.lengths["numerics"] == len(taken)
         assert store.status["time"] == taken[-1]
+        checkpoint = store.checkpoint()
+        assert checkpoint is not None
+        assert checkpoint.meta["recorded"] == taken[-1]
     assert sf.resume(copy).status.code == "done"
     for group in ("trajectory", "observables", "numerics"):
         found = sf.open_run(copy)[group].to_dataset()
