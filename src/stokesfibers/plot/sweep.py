@@ -118,6 +118,9 @@ def _draw(ax: Axes, held: Cut, panel: int, lines: Along | None) -> None:
         label = lines.texts[k] if lines is not None and count > 1 else None
         if held.series:
             ax.plot(where[known], values[known], color=colour, label=label)
+            if errors is not None:
+                ends = values - errors, values + errors
+                ax.fill_between(where, *ends, color=colour, alpha=0.2, linewidth=0.0)
             continue
         ax.plot(where[known], values[known], color=colour, label=label, marker="o", markersize=3.5)
         if errors is not None:

@@ -119,7 +119,7 @@ def cut(data: xr.Dataset, name: str | None, *, x: str | None, at: Mapping[str, A
     found, doubt = data[name], (data["doubt"] != "") & (data["status"] == "done")
     error = data.get(f"{name}_error") if name.endswith("_mean") else None
     found, error, doubt = _averaged(found, error, doubt, "fiber")
-    if _SEED in swept and x != _SEED and len(swept) > 1:
+    if _SEED in swept and x != _SEED and (len(swept) > 1 or {*_SERIES} & {*found.dims}):
         found, error, doubt = _averaged(found, error, doubt, _SEED)
         swept.remove(_SEED)
     own = [str(d) for d in found.dims if d not in swept]
@@ -187,13 +187,13 @@ def along(data: xr.Dataset, dim: str, time: xr.DataArray | None = None) -> Along
 
 
 def _label(held: xr.DataArray, name: str) -> str:
+    """Return meaning, symbol and unit; what was taken of a quantity, behind a comma, below."""
     attrs = held.attrs
+    meaning, _, taken = str(attrs.get("long_name", name.replace("_", " "))).partition(", ")
     if not attrs.get("symbol"):
-        return str(attrs.get("long_name", name.replace("_", " ")))
-    variable = Variable(
-        name, "observables", (), attrs.get("units", "1"), attrs["symbol"], attrs["long_name"]
-    )
-    return select.axis_label(variable)
+        return f"{meaning}\n{taken}".strip()
+    variable = Variable(name, "observables", (), attrs.get("units", "1"), attrs["symbol"], meaning)
+    return f"{select.axis_label(variable)}\n{taken}".strip()
 
 
 def _stay(data: xr.Dataset, swept: list[str], at: Mapping[str, Any]) -> xr.Dataset:
@@ -227,8 +227,9 @@ def _averaged(
     attrs, count = found.attrs, found.notnull().sum(dim)
     mean = found.mean(dim, keep_attrs=True)
     if found.sizes[dim] > 1:
-        words = {"fiber": "fibers", _SEED: "seeds"}[dim]
-        mean.attrs["long_name"] = f"{attrs.get('long_name', found.name)}, mean of {words}"
+        said = str(attrs.get("long_name", found.name))
+        join = " and" if ", mean " in said else ", mean over"
+        mean.attrs["long_name"] = f"{said}{join} {dim}s"
         error = found.std(dim, ddof=1) / np.sqrt(count)
     return mean, error, doubt.any(dim) if dim in doubt.dims else doubt
 

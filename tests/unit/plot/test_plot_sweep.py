@@ -76,7 +76,7 @@ def test_seeds_become_their_mean_with_its_standard_error():
     assert_close(found.values[0][known], expected[known], rtol=1e-12)
     assert_close(found.errors[0][known], 0.5 * expected[known] / np.sqrt(3.0), rtol=1e-12)
     assert np.argwhere(found.doubtful[0]).tolist() == [[0, 2]]
-    assert found.label == "elastic energy, largest over time, mean of seeds\n$E$ [force length]"
+    assert found.label == "elastic energy $E$ [force length]\nlargest over time, mean over seeds"
 
 
 def test_a_stored_mean_brings_its_own_error():
@@ -186,3 +186,13 @@ def test_values_that_spread_are_written_as_powers_and_panels_share_their_heights
     ]
     assert axes[0].get_ylim() == axes[1].get_ylim()
     assert axes[0].get_ylim()[1] > 2e4
+
+
+def test_series_of_seeds_have_a_band_and_their_label_says_what_was_averaged():
+    data = swept().isel(slenderness=0, drop=True)
+    (ax,) = sweep(data, "stress", at={"mu_bar": 1e3})
+    (band,) = ax.collections
+    low, high = band.get_paths()[0].get_extents().intervaly
+    assert_close([low, high], [0.0, 2.0 * (20.0 + 10.0 / np.sqrt(3.0))], atol=1e-9)
+    data["stress_mean"].attrs = {"long_name": "stress, mean over time", "symbol": "S"}
+    assert cut(data, "stress_mean", x=None, at={}).label == "stress $S$\nmean over time and seeds"
