@@ -22,10 +22,10 @@ PROGRAM = [sys.executable, "-c", "from stokesfibers.cli.main import main; main()
 SWEEP = """\
 [case]
 fiber.slenderness = 1e-2
-flow = {{kind = "oscillatory_shear", amplitude = 1.5, frequency = 0.4}}
+flow = {{kind = "oscillatory_shear", amplitude = 1.5, frequency = 2.0}}
 initial = {{kind = "nearly_straight", angle = 2.3, amplitude = 0.2}}
 stepping = {{rtol = 1e-3, until = {until}}}
-record = {{positions_every = 0.5, observables_every = 0.1, checkpoint_every = 1.0}}
+record = {{positions_every = 0.5, observables_every = 0.05, checkpoint_every = 1.0}}
 
 [grid]
 fluid.mu_bar = [1e3, 1e4, 2e4]

@@ -179,6 +179,7 @@ def _cost_rows(case: Case) -> Iterator[Row]:
     import numpy as np
 
     from stokesfibers.constraint.coupled import TensionError
+    from stokesfibers.core.errors import MissingExtraError
     from stokesfibers.problem.checks import large_memory, memory_bytes
     from stokesfibers.run.estimate import estimate
     from stokesfibers.stepping.base import StepError
@@ -188,6 +189,8 @@ def _cost_rows(case: Case) -> Iterator[Row]:
             cost = estimate(case.problem, case.curves(), until=case.until, record=case.record)
         except (np.linalg.LinAlgError, StepError, TensionError):
             yield "time", "unknown: the first step has no solution"
+        except MissingExtraError as error:
+            yield "time", f"unknown, and it cannot run here yet: {error}"
         else:
             each = duration(cost.step_seconds)
             if cost.settled:

@@ -55,8 +55,6 @@ def show(*, run: Path, as_json: bool) -> int:
 
 def _say(facts: dict[str, Any], run: Path) -> None:
     """Print what the run holds."""
-    from stokesfibers.flow.period import period_of
-
     status = facts["status"]
     click.secho(f"{status['code']} ", fg=_COLOURS.get(status["code"]), bold=True, nl=False)
     click.echo(f"at t = {number(status['time'])} of {number(facts['until'])}: {run}")
@@ -81,10 +79,9 @@ def _say(facts: dict[str, Any], run: Path) -> None:
         first = facts["averages"][0]
         heading(f"Averages from t = {number(first['after'])} on, with one standard error")
         lines(average_row(a) for a in facts["averages"])
-    elif (period := period_of(facts["case"]["flow"])) and facts["extremes"]:
+    elif facts["no_averages"]:
         heading("Averages")
-        click.echo(f"  none: they take four whole periods of the flow, {number(period)} each,")
-        click.echo("  in the second half of a run that has a stress per volume")
+        click.echo(f"  none: {facts['no_averages']}")
     heading("Made by")
     lines(_origin_rows(facts["provenance"], facts["resumed"]))
     if not facts["damaged"]:
@@ -143,6 +140,7 @@ def _facts(run: Path) -> dict[str, Any]:
     case = stored_case(store)
     attributes, damaged = store.attributes, damages(run)
     numerics, observables = _readable(run, {one.array for one in damaged})
+    averages, no_averages = stress_averages(observables, period_of(case["flow"]))
     return {
         "path": str(run),
         "status": store.status,
@@ -152,7 +150,8 @@ def _facts(run: Path) -> dict[str, Any]:
         "wall_seconds": float(numerics["wall_time"].sum()) if "wall_time" in numerics else 0.0,
         "steps": _steps(numerics),
         "extremes": list(_extremes(observables)),
-        "averages": list(stress_averages(observables, period_of(case["flow"]))),
+        "averages": averages,
+        "no_averages": no_averages,
         "case": case,
         "provenance": json.loads(attributes["provenance"]),
         "resumed": json.loads(attributes.get("resumed", "[]")),

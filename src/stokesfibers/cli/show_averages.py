@@ -11,40 +11,46 @@ from stokesfibers.cli.words import number
 if TYPE_CHECKING:
     import xarray as xr
 
+    from stokesfibers.core.arrays import Array
+
 _LEAST_VALUES = 16  # recorded in the second half
 
 
-def stress_averages(observables: xr.Dataset, period: float | None) -> Iterator[dict[str, Any]]:
-    """Yield block averages of the stress per volume over the second half of what is recorded.
+def stress_averages(
+    observables: xr.Dataset, period: float | None
+) -> tuple[list[dict[str, Any]], str]:
+    """Return block averages of the stress per volume, and why there are none if that is no matter.
 
-    In a flow with a period over the last whole periods of that, if there are enough of them.
+    They are over the second half of what is recorded; in a flow with a period over the last whole
+    periods of that.
     """
     import numpy as np
 
     from stokesfibers.core.errors import InputError
     from stokesfibers.observe.averages import block_average
 
-    if "particle_stress" not in observables:
-        return
-    times = observables["time"].to_numpy()
+    times = observables["time"].to_numpy() if "particle_stress" in observables else np.zeros(0)
     late = times >= 0.5 * times[-1] if len(times) else np.zeros(0, dtype=bool)
     if late.sum() < _LEAST_VALUES:
-        return
-    p = observables["particle_stress"].to_numpy()[late]
-    series = {
-        "shear stress per volume": p[:, 0, 1],
-        "N_1 per volume": p[:, 0, 0] - p[:, 1, 1],
-        "N_2 per volume": p[:, 1, 1] - p[:, 2, 2],
-    }
-    if "specific_viscosity" in observables:
-        series["specific viscosity"] = observables["specific_viscosity"].to_numpy()[late]
-    for meaning, values in series.items():
+        return [], ""
+    found = []
+    for meaning, values in _series(observables.isel(time=late)):
         if np.isfinite(values).all():
             try:
                 average = block_average(times[late], values, period=period)
-            except InputError:
-                return
-            yield {"meaning": meaning, **asdict(average)}
+            except InputError as error:
+                return [], f"they take {error.expected}; there are {error.got}. {error.hint}"
+            found.append({"meaning": meaning, **asdict(average)})
+    return found, ""
+
+
+def _series(late: xr.Dataset) -> Iterator[tuple[str, Array]]:
+    p = late["particle_stress"].to_numpy()
+    yield "shear stress per volume", p[:, 0, 1]
+    yield "N_1 per volume", p[:, 0, 0] - p[:, 1, 1]
+    yield "N_2 per volume", p[:, 1, 1] - p[:, 2, 2]
+    if "specific_viscosity" in late:
+        yield "specific viscosity", late["specific_viscosity"].to_numpy()
 
 
 def average_row(average: dict[str, Any]) -> tuple[str, ...]:

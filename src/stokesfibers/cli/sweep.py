@@ -23,6 +23,7 @@ from stokesfibers.cli.sweep_plot import plot_sweep
 from stokesfibers.cli.sweep_words import (
     bar,
     facts,
+    say_case_doubts,
     say_changes,
     say_doubts,
     say_end,
@@ -133,9 +134,10 @@ def run_sweep(
     check_netcdf(netcdf)
     if not quiet:
         say_changes(changes(folder, plan), len(plan.cases), folder)
+        say_case_doubts(plan, allow_python=allow_python)
     if dry_run:
         say_plan(plan)
-        say_cost(plan, workers, allow_python=allow_python)
+        say_cost(plan, workers, here=scheduler is None, allow_python=allow_python)
         return DONE
     if workers is None and scheduler is None and not has_dask() and not quiet:
         click.echo("One process; for one per core: pip install 'stokesfibers[sweep]'.")
@@ -212,7 +214,8 @@ def _say_how_it_ended(attributes: dict[str, int | str], folder: Path, *, quiet: 
         click.echo("The same command goes on from here.", err=True)
         return INTERRUPTED
     if failed:
-        complain(f"{failed} of {plural(cases, 'case')} failed; the others are in {folder}.")
+        others = f"; the others are in {folder}" if done else ""
+        complain(f"{failed} of {plural(cases, 'case')} failed{others}.")
         say_failures(folder)
     if attributes["doubtful"]:
         say_doubts(int(attributes["doubtful"]), folder)

@@ -16,44 +16,55 @@ if TYPE_CHECKING:
 _Ends = dict[str, "Cost | None"]
 
 
-def say_cost(plan: Plan, workers: int | None, *, allow_python: bool) -> None:
-    """Print what the first and the last case will take, and all if they cost alike."""
+def say_cost(plan: Plan, workers: int | None, *, here: bool, allow_python: bool) -> None:
+    """Print what the first and the last case will take, and all if they cost alike.
+
+    How long all take on a cluster, not `here`, cannot be told.
+    """
     from stokesfibers.study.sweep_workers import workers_of
 
     ends = {case.key: case for case in (plan.cases[0], plan.cases[-1])}.values()
     with patience("taking some steps of the first and the last case"):
         found = {case.name: _cost(plan, case, allow_python=allow_python) for case in ends}
     heading("Cost")
-    lines(_rows(found, len(plan.cases), workers_of(workers, len(plan.cases))))
+    processes = workers_of(workers, len(plan.cases)) if here else None
+    lines(_rows(found, len(plan.cases), processes))
 
 
 def _cost(plan: Plan, case: SweepCase, *, allow_python: bool) -> Cost | None:
-    """Return the cost of a case; None if its first steps have no solution."""
+    """Return the cost of a case; None if its first steps cannot be taken here."""
     import numpy as np
 
     from stokesfibers.constraint.coupled import TensionError
+    from stokesfibers.core.errors import MissingExtraError
+    from stokesfibers.problem.checks import large_memory
     from stokesfibers.run.estimate import estimate
     from stokesfibers.stepping.base import StepError
     from stokesfibers.study.sweep_plan import load_case
 
     held = load_case(case, Path(plan.folder), allow_python=allow_python)
+    if any(True for _ in large_memory(held.problem)):
+        return None
     try:
-        return estimate(held.problem, held.curves(), until=held.until, record=held.record)
-    except (np.linalg.LinAlgError, StepError, TensionError):
+        return estimate(
+            held.problem, held.curves(), until=held.until, record=held.record, threads=1
+        )
+    except (np.linalg.LinAlgError, StepError, TensionError, MissingExtraError):
         return None
 
 
-def _rows(ends: _Ends, cases: int, processes: int) -> Iterator[tuple[str, ...]]:
+def _rows(ends: _Ends, cases: int, processes: int | None) -> Iterator[tuple[str, ...]]:
     for name, cost in ends.items():
         if cost is None:
-            yield name, "unknown: the first step has no solution"
+            yield name, "unknown: the first steps cannot be taken here"
         elif not cost.settled:
             yield name, "cannot be told: its steps still grow from the start's short ones"
         else:
             yield name, f"about {duration(cost.seconds)}, store {size(cost.store_bytes)}"
     known = [cost for cost in ends.values() if cost is not None and cost.settled]
-    if len(known) == len(ends):
+    if processes is not None and len(known) == len(ends):
         whole = sum(c.seconds for c in known) / len(known) * cases / processes
         store = sum(c.store_bytes for c in known) / len(known) * cases
         on = "one process" if processes == 1 else f"{processes} processes"
         yield f"all {cases}, if alike", f"about {duration(whole)} on {on}, {size(store)}"
+        yield "", "and some seconds to start them"

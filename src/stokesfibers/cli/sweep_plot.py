@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,11 +11,16 @@ from stokesfibers.cli.failure import guarded
 from stokesfibers.cli.options import RUN, folder_argument
 from stokesfibers.cli.replacing import replacing
 from stokesfibers.cli.typed import named_as_typed
+from stokesfibers.cli.words import warn
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_TYPED = {"name": "NAME", "x": "--x", "at": "--at", "path": "--out", "dpi": "--dpi"}
+_TYPED = {
+    "name": "NAME",
+    "path": "--out",
+    **{option: f"--{option}" for option in ("x", "at", "per", "log", "dpi")},
+}
 
 
 @click.command("plot", short_help="Draw what it gave: sweep plot DIR [NAME] [--x DIM] [--at ...].")
@@ -28,6 +33,9 @@ _TYPED = {"name": "NAME", "x": "--x", "at": "--at", "path": "--out", "dpi": "--d
     metavar="NAME=VALUE",
     help="Stay at this value of a parameter, or the nearest; may be given for several.",
 )
+@click.option("--per", metavar="NAME", help="Divide by this parameter, such as mu_bar.")
+@click.option("--log", help="Logarithmic axes: x, y, xy or none; by default as values spread.")
+@click.option("--label", help="Text along the vertical axis; formulas in $...$ as in TeX.")
 @click.option(
     "--out",
     type=RUN,
@@ -42,33 +50,45 @@ def plot_sweep(
     name: str | None,
     x: str | None,
     at: tuple[str, ...],
+    per: str | None,
+    log: str | None,
+    label: str | None,
     out: Path | None,
     dark: bool,
     dpi: int,
 ) -> None:
     """Draw the variable NAME of the sweep in the folder DIR against a swept parameter.
 
-    A second parameter gives lines, a third panels; seeds and fibers become their mean with one
-    standard error. Series are drawn against time. Results that cannot be trusted are hollow. While
-    the sweep runs, what is there is drawn. A figure that is there already is replaced.
+    A second parameter gives lines, a third panels; seeds become their mean with one standard error,
+    fibers their mean. Series are drawn against time. Results that cannot be trusted are hollow or
+    dashed. While the sweep runs, what is there is drawn. A figure that is there already is
+    replaced.
 
     NAME is a variable of the dataset, such as elastic_energy_largest; without it the first of
     [collect] is drawn, and the others are named.
     """
     from stokesfibers.plot import DARK, LIGHT, on, save, sweep
     from stokesfibers.plot.style import checked_path
-    from stokesfibers.plot.sweep_data import drawable
+    from stokesfibers.plot.sweep_data import cut
+    from stokesfibers.plot.sweep_select import checked, drawable
 
     data = _dataset(folder)
-    first, *others = drawable(data) or [""]
-    chosen = name or first
-    target = out or folder.resolve().with_name(f"{folder.resolve().name}-{chosen}.png")
-    with named_as_typed(_TYPED), replacing(target), on(DARK if dark else LIGHT):
-        checked_path(target)
-        drawn = sweep(data, name, x=x, at=dict(map(_stay, at)))
-        click.echo(save(drawn, target, dpi))
+    _, *others = drawable(data) or [""]
+    with named_as_typed(_TYPED):
+        chosen = checked(data, name)
+        target = out or folder.resolve().with_name(f"{folder.resolve().name}-{chosen}.png")
+        with replacing(target), on(DARK if dark else LIGHT):
+            checked_path(target)
+            given: dict[str, Any] = {"x": x, "at": dict(map(_stay, at)), "per": per}
+            drawn = sweep(data, chosen, log="" if log == "none" else log, **given)
+            if label is not None:
+                for ax in drawn:
+                    ax.set_ylabel(label if ax.get_ylabel() else "")
+            click.echo(save(drawn, target, dpi))
+        for note in cut(data, chosen, **given).notes:
+            warn(f"{note}.")
     if name is None and others:
-        click.echo(f"It shows {first}; there are also: {', '.join(others)}.", err=True)
+        click.echo(f"It shows {chosen}; there are also: {', '.join(others)}.", err=True)
 
 
 def _stay(text: str) -> tuple[str, str]:
@@ -85,10 +105,14 @@ def _dataset(folder: Path) -> xr.Dataset:
     import xarray as xr
 
     from stokesfibers.study.sweep_dataset import dataset
-    from stokesfibers.study.sweep_folder import DATASET, SweepFolder
+    from stokesfibers.study.sweep_folder import DATASET, RUNS, SweepFolder
 
     plan = SweepFolder(folder).plan()  # errors name the folder as it was typed
     held = SweepFolder(folder.resolve())
     if (folder / DATASET).is_dir() and not held.active():
-        return xr.open_zarr(folder / DATASET).load()
+        data = xr.open_zarr(folder / DATASET).load()
+        runs = [f"{RUNS}/{held.store(case).name}" for case in plan.cases]
+        # after a kill it is still that of the sweep before
+        if data.attrs["status"] == "done" and data["run"].to_numpy().ravel().tolist() == runs:
+            return data
     return dataset(held, plan)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 import sys
+import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,7 @@ COLOURS = {
 }
 _FORM = "{desc} |{bar}| {percentage:3.0f} %{postfix}"
 _MOST_LISTED = 12
+_DOUBT_SECONDS = 5.0
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(\.\d+)?(e[-+]?\d+)?(?!\w)")
 
 
@@ -87,6 +89,26 @@ def say_plan(plan: Plan) -> None:
     lines((axis.name, str(len(axis.points)), ", ".join(axis.paths)) for axis in plan.axes)
     heading("Cases")
     lines((case.name, f"until {number(case.until)}") for case in plan.cases)
+
+
+def say_case_doubts(plan: Plan, *, allow_python: bool) -> None:
+    """Print what is doubtful about the cases of a sweep, each doubt once with its cases.
+
+    After some seconds, as suspensions with little room take, the rest are not looked at.
+    """
+    from stokesfibers.core.errors import InputError
+    from stokesfibers.problem.checks import doubts
+    from stokesfibers.study.sweep_plan import load_case
+
+    rows: list[tuple[str, str]] = []
+    end = time.monotonic() + _DOUBT_SECONDS
+    for case in plan.cases:
+        if time.monotonic() > end:
+            break
+        loaded = load_case(case, Path(plan.folder), allow_python=allow_python)
+        with suppress(InputError):  # the run will say what is wrong
+            rows += [(case.name, str(doubt)) for doubt in doubts(loaded.problem, loaded.plan())]
+    _list("Doubtful choices", "yellow", rows, err=True)
 
 
 def say_tally(found: Tally, folder: Path, source: str) -> None:
@@ -154,7 +176,7 @@ def _list(title: str, colour: str, rows: Iterable[tuple[str, str]], *, err: bool
     for kind, those in names.items():
         click.secho(f"  {said[kind][0]}.", fg=colour, err=err)
         if len(set(said[kind])) > 1:
-            click.echo("  The numbers are those of the first; --json of status has all.", err=err)
+            click.echo("  The numbers are those of the first.", err=err)
         for name in those[:_MOST_LISTED]:
             click.echo(f"    {name}", err=err)
         if len(those) > _MOST_LISTED:
@@ -170,6 +192,8 @@ def say_doubts(doubtful: int, folder: Path) -> None:
 
 def say_end(done: int, cases: int, folder: Path) -> None:
     """Say where the dataset is."""
+    if not done:
+        return
     if done == cases:
         click.secho("done: ", fg="green", bold=True, nl=False)
     click.echo(f"{done} of {plural(cases, 'case')}, stored in {folder / 'sweep.zarr'}.")

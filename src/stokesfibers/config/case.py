@@ -34,15 +34,24 @@ from stokesfibers.run.simulate import nodal_positions
 
 _LINE = re.compile(r"at line (\d+)")
 _LONGEST_LINE = 80
+_KEY = r"^[^=#'\"]*=\s*"
 _SLIPS = (
     (
-        re.compile(r"=\s*[-+]?(\d+),(\d+)\s*(#.*)?$"),
+        re.compile(_KEY + r"[-+]?(\d+),(\d+)\s*(#.*)?$"),
         lambda found: f"Decimals have a point: {found[1]}.{found[2]}.",
     ),
-    (re.compile(r"=\s*(#.*)?$"), lambda _: "A value is missing behind =."),
-    (re.compile(r"=\s*[-+.\d]\S*\s*[a-zA-Z%]"), lambda _: "Numbers have no unit behind them."),
-    (re.compile(r"=\s*[a-zA-Z]"), lambda _: "Text is in quotes."),
+    (re.compile(_KEY + r"(#.*)?$"), lambda _: "A value is missing behind =."),
+    (
+        re.compile(_KEY + r"(true|false)\b", re.IGNORECASE),
+        lambda found: f"Write {found[1].lower()}.",
+    ),
+    (
+        re.compile(_KEY + r"[-+]?[\d.]+([eE][-+]?\d+)?\s*[a-zA-Z%]"),
+        lambda _: "Numbers have no unit behind them.",
+    ),
+    (re.compile(_KEY + r"[a-zA-Z]"), lambda _: "Text is in quotes."),
 )
+_TWICE = re.compile(r"overwrite|[Dd]uplicate|twice")
 """What lines that are no TOML often have, and what to say of it."""
 
 
@@ -176,6 +185,8 @@ def _line_at_fault(text: str, told: str) -> str:
     if not line:
         return ""
     advice = next((say(found) for form, say in _SLIPS if (found := form.search(line))), "")
+    if _TWICE.search(told):
+        advice = "It is there twice."
     return f"The line is: {line[:_LONGEST_LINE]}  {advice}".strip()
 
 

@@ -24,9 +24,15 @@ def as_table(value: object, where: str) -> Table:
     return dict(value)
 
 
+_LEAST_PART = 4  # letters of a part of a name that tell it
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return the hint at the word that was meant; empty if none is near."""
-    close = difflib.get_close_matches(word, list(known), n=1)
+    known = list(known)
+    close = difflib.get_close_matches(word, known, n=1)
+    if not close and len(word) >= _LEAST_PART:
+        close = [name for name in known if word in name]
     return f"Did you mean '{close[0]}'?" if close else ""
 
 

@@ -30,8 +30,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LEAST_BLOCKS = 4
-_LEAST_IN_A_PERIOD = 8
+LEAST_IN_A_PERIOD = 8
+"""Fewest values in a period of the flow that tell its mean."""
 _ROUNDING = 1e-6  # of a period
+_NO_SPREAD = 1e-13  # of the largest value: what differs less is the same
 _HALVES = 6.0  # times the error: three of the standard errors of the difference of both halves
 
 
@@ -133,15 +135,18 @@ def _by_period(time: Array, values: Array, spacing: float, period: float) -> tup
     count = floor((float(time[-1] - time[0]) + spacing) / period + _ROUNDING)
     if count < _LEAST_BLOCKS:
         span = f"{time[-1] - time[0]:.6g}, {count} of {period:.6g}"
-        raise InputError("values", f"at least {_LEAST_BLOCKS} whole periods of the flow", span)
-    if period < _LEAST_IN_A_PERIOD * spacing:
-        expected = f"at least {_LEAST_IN_A_PERIOD} values in each period of the flow, {period:.6g}"
-        raise InputError("values", expected, f"one each {spacing:.6g}")
+        expected = f"at least {_LEAST_BLOCKS} whole periods of the flow"
+        raise InputError("values", expected, span, "Run longer.")
+    if period < LEAST_IN_A_PERIOD * spacing * (1.0 - _ROUNDING):
+        expected = f"at least {LEAST_IN_A_PERIOD} values in each period of the flow, {period:.6g}"
+        raise InputError("values", expected, f"one each {spacing:.6g}", "Record more often.")
     # the value at the end of a period belongs to it, that at its start to the one before
     number = np.ceil((time - time[-1]) / period + count - _ROUNDING).astype(int) - 1
     within = number >= 0
     each = np.bincount(number[within], minlength=count)
     sums = np.bincount(number[within], weights=values[within], minlength=count)
+    if not each.all():
+        raise InputError("time", "even times", "a gap longer than a period of the flow")
     return float(time[within][0]), as_float(sums / each)
 
 
@@ -176,6 +181,7 @@ def _error(values: Array, size: int) -> float:
 
 def _in_blocks(values: Array, size: int, spacing: float, after: float) -> Average:
     error = _error(values, size)
-    settled = _long_enough(values, size) and _halves_agree(values, error)
+    same = float(np.ptp(values)) <= _NO_SPREAD * float(np.abs(values).max())
+    settled = same or (_long_enough(values, size) and _halves_agree(values, error))
     mean, blocks = float(values.mean()), len(values) // size
     return Average(mean, error, blocks, size * spacing, bool(settled), after)

@@ -65,9 +65,7 @@ def shapes(
         If a time lies outside the stored range, or a fiber or direction does not exist.
     """
     chosen = select.choose(data, times)
-    count = select.read(data, "trajectory", "position").sizes["fiber"]
-    few = fibers is None and count > select.MOST_FIBERS
-    fibers = range(_FEW) if few else fibers
+    fibers, title = _few(data, fibers)
     points = centrelines(data, chosen.records, fibers)[..., select.plane_directions(plane)[:2]]
     follows = follow(points)
     points[..., 0] += offset * np.arange(len(points))[:, None, None]
@@ -81,10 +79,19 @@ def shapes(
         across, up = axis_labels(data, plane, follows=follows)
         moved = f", each record moved by {offset:.3g}" if offset else ""
         ax.set(xlabel=f"{across}{moved}", ylabel=up)
-        if few:
-            ax.set_title(f"fibers 0 to {_FEW - 1} of {count}", loc="left")
+        ax.set_title(title, loc="left")
         time_key(ax, data, chosen.times)
     return ax
+
+
+def _few(
+    data: xr.DataTree, fibers: Sequence[int] | int | None
+) -> tuple[Sequence[int] | int | None, str]:
+    """Return the fibers to draw over one another, and what to say if these are not all."""
+    count = select.read(data, "trajectory", "position").sizes["fiber"]
+    if fibers is not None or count <= select.MOST_FIBERS:
+        return fibers, ""
+    return range(_FEW), f"fibers 0 to {_FEW - 1} of {count}"
 
 
 def time_key(ax: Axes, data: xr.DataTree, times: NDArray[np.float64]) -> None:

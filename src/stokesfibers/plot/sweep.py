@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stokesfibers.core.errors import InputError
+from stokesfibers.plot import select
 from stokesfibers.plot.style import COLUMN, PAGE, new_panels, style, time_colours
-from stokesfibers.plot.sweep_data import Along, Cut, cut, is_log
+from stokesfibers.plot.sweep_along import Along, Floats, is_log
+from stokesfibers.plot.sweep_data import Cut, cut
 from stokesfibers.plot.theme import theme
 
 if TYPE_CHECKING:
@@ -19,9 +21,9 @@ if TYPE_CHECKING:
 
 _MOST_LINES = 12
 _MOST_PANELS = 6
+_LONG = 24  # characters of a name that leaves too little room beside a panel
+_ACROSS = 3  # panels beside one another
 _DECADES = 1.7  # below which a logarithmic scale is numbered between powers of ten too
-
-Floats = NDArray[np.float64]
 
 
 def sweep(
@@ -30,14 +32,16 @@ def sweep(
     *,
     x: str | None = None,
     at: Mapping[str, Any] | None = None,
+    per: str | None = None,
+    log: str | None = None,
 ) -> NDArray[Any]:
     """Draw a variable of a sweep's dataset; return the axes, one for each panel.
 
     It is drawn against the swept parameter with the most values, or the time if it is a series;
     lines are those of a second parameter, panels those of a third. Seeds become their mean with one
-    standard error, and so do fibers, of which the mean is drawn. Points whose result cannot be
-    trusted are hollow; cases that failed are left out. Axes of positive values that spread over
-    more than a factor of 30 are logarithmic.
+    standard error, and fibers their mean. What cannot be trusted is hollow, or dashed if it is a
+    series, and so are means that lack a seed; cases that failed are left out. Axes are logarithmic
+    where positive values spread over a factor of 30, or parameters grow by factors.
 
     Parameters
     ----------
@@ -48,7 +52,11 @@ def sweep(
     x
         The dimension along the horizontal axis.
     at
-        Values of swept parameters to stay at, the nearest of each.
+        Values of swept parameters to stay at, the nearest of each; the figure names them.
+    per
+        A swept parameter to divide the variable by.
+    log
+        Axes that are logarithmic: ``"x"``, ``"y"``, ``"xy"`` or ``""``; default as above.
 
     Returns
     -------
@@ -60,38 +68,56 @@ def sweep(
         If there is no such variable, dimension or value, more than three parameters are left, there
         are too many lines or panels, or no value is known.
     """
-    held = cut(data, name, x=x, at=at or {})
-    lines, panels = _at_most(held, held.lines, "lines", _MOST_LINES), held.panels
-    _at_most(held, panels, "panels", _MOST_PANELS)
-    count = 1 if panels is None else len(panels.values)
-    width = COLUMN if count == 1 else PAGE
-    across = min(count, 3)
-    down = -(-count // across)
-    axes = new_panels(down, across, width=width, height=0.3 + 2.3 * down).ravel()
-    log_x, log_y = is_log(held.x.numbers), is_log(held.values)
+    if log not in (None, "", "x", "y", "xy", "yx"):
+        raise InputError("log", "x, y, xy or nothing", repr(log))
+    held = cut(data, name, x=x, at=at, per=per)
+    _check(held, held.lines, "lines", _MOST_LINES)
+    _check(held, held.panels, "panels", _MOST_PANELS)
+    axes = _axes(len(held.values))
     with style():
         for k, ax in enumerate(axes):
-            if k >= count:
-                ax.set_visible(False)
-                continue
-            _draw(ax, held, k, lines)
-            _scales(ax, held, log_x=log_x, log_y=log_y)
-            if panels is not None:
-                ax.set_title(panels.said(k), loc="left")
+            _draw(ax, held, k)
+            _scales(ax, held, log)
             ax.set_xlabel(held.x.label)
-            ax.set_ylabel(held.label if k % across == 0 else "")
-        _share_heights(axes[:count])
-        if lines is not None:
-            axes[count - 1].legend(
-                title=lines.label,
-                loc="upper left",
-                bbox_to_anchor=(1.02, 1.0),
-                alignment="left",
-            )
-    return axes[:count]
+            ax.set_ylabel(held.label if k % _ACROSS == 0 else "")
+            if held.panels is not None:
+                ax.set_title(held.panels.said(k), loc="left")
+        _share_heights(axes, held)
+        _name_what_stays(axes, held)
+        _legend(axes, held.lines)
+    return axes
 
 
-def _at_most(held: Cut, direction: Along | None, what: str, most: int) -> Along | None:
+def _name_what_stays(axes: NDArray[Any], held: Cut) -> None:
+    text = ", ".join(held.held)
+    if held.panels is None:
+        axes[0].set_title(text, loc="left")
+    elif text:
+        axes[0].figure.suptitle(text, x=0.02, ha="left")
+
+
+def _axes(count: int) -> NDArray[Any]:
+    """Return axes for `count` panels on a figure of a column, or a page for several."""
+    across, down = min(count, _ACROSS), -(-count // _ACROSS)
+    width = COLUMN if count == 1 else PAGE
+    panels = new_panels(down, across, width=width, height=0.3 + 2.3 * down).ravel()
+    for ax in panels[count:]:
+        ax.set_visible(False)
+    return panels[:count]
+
+
+def _legend(axes: NDArray[Any], lines: Along | None) -> None:
+    """Say which line is which: beside the last panel, or above the first if it takes much room."""
+    if lines is None:
+        return
+    options: dict[str, Any] = {"title": lines.label, "alignment": "left"}
+    if max(map(len, lines.texts)) <= _LONG:
+        axes[-1].legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), **options)
+    else:
+        axes[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.08), **options)
+
+
+def _check(held: Cut, direction: Along | None, what: str, most: int) -> None:
     if direction is not None and len(direction.values) > most:
         raise InputError(
             "at",
@@ -99,61 +125,75 @@ def _at_most(held: Cut, direction: Along | None, what: str, most: int) -> Along 
             f"{len(direction.values)} values of {direction.name}",
             f"Stay at one of them, or draw along it: x = '{direction.name}', not '{held.x.name}'.",
         )
-    return direction
 
 
-def _draw(ax: Axes, held: Cut, panel: int, lines: Along | None) -> None:
-    """Draw the lines of one panel."""
-    count = 1 if lines is None else len(lines.values)
+def _draw(ax: Axes, held: Cut, panel: int) -> None:
+    """Draw the lines of one panel; one without a known value still is in the legend."""
+    lines = held.lines
     for k, colour in enumerate(_colours(lines)):
-        values, errors, doubtful = (
-            part[panel, k] if part is not None else None
-            for part in (held.values, held.errors, held.doubtful)
+        where, values, doubtful = (
+            part[panel, k] for part in (held.places, held.values, held.doubtful)
         )
-        assert values is not None
-        known = np.isfinite(values)
-        if not known.any():
-            continue
-        where = np.arange(len(values), dtype=float) if held.x.numbers is None else held.x.numbers
-        label = lines.texts[k] if lines is not None and count > 1 else None
-        if held.series:
-            ax.plot(where[known], values[known], color=colour, label=label)
-            if errors is not None:
-                ends = values - errors, values + errors
-                ax.fill_between(where, *ends, color=colour, alpha=0.2, linewidth=0.0)
-            continue
-        ax.plot(where[known], values[known], color=colour, label=label, marker="o", markersize=3.5)
+        errors = None if held.errors is None else held.errors[panel, k]
+        known = np.flatnonzero(np.isfinite(values) & np.isfinite(where))
+        known = known[np.argsort(where[known], kind="stable")]
+        options: dict[str, Any] = {"color": colour}
+        if not held.series:
+            options |= {"marker": "o", "markersize": 3.5}
+        elif doubtful[known].any():
+            options |= {"linestyle": (0, (4, 2))}
+        label = None if lines is None else lines.texts[k]
+        ax.plot(where[known], values[known], label=label, **options)
         if errors is not None:
-            bars = {"fmt": "none", "ecolor": colour, "elinewidth": 0.8, "capsize": 2.0}
-            ax.errorbar(where[known], values[known], yerr=errors[known], **bars)
-        hollow = known & (np.zeros_like(known) if doubtful is None else doubtful)
-        options = {"color": colour, "marker": "o", "markersize": 3.5, "linestyle": "none"}
-        ax.plot(where[hollow], values[hollow], markerfacecolor=theme().ground, **options)
+            _draw_errors(ax, held, (where[known], values[known], errors[known]), colour)
+        hollow = known[doubtful[known]]
+        if hollow.size and not held.series:
+            options |= {"linestyle": "none", "markerfacecolor": theme().ground}
+            # above all lines: those with equal values would hide them
+            ax.plot(where[hollow], values[hollow], zorder=3.0, **options)
+
+
+def _draw_errors(ax: Axes, held: Cut, line: tuple[Floats, Floats, Floats], colour: Any) -> None:
+    where, values, errors = line
+    if held.series:
+        ends = values - errors, values + errors
+        ax.fill_between(where, *ends, color=colour, alpha=0.2, linewidth=0.0)
+        return
+    bars = {"fmt": "none", "ecolor": colour, "elinewidth": 0.8, "capsize": 2.0}
+    ax.errorbar(where, values, yerr=errors, **bars)
 
 
 def _colours(lines: Along | None) -> list[Any]:
     """Return a colour per line: growing with numbers, else those of the palette."""
     if lines is None:
         return [theme().palette[0]]
-    if lines.numbers is None:
+    if lines.numbers is None or not np.isfinite(lines.numbers).all():
         return [theme().palette[k % len(theme().palette)] for k in range(len(lines.values))]
-    return time_colours(np.log(lines.numbers) if is_log(lines.numbers) else lines.numbers)
+    return time_colours(np.log(lines.numbers) if lines.is_log else lines.numbers)
 
 
-def _scales(ax: Axes, held: Cut, *, log_x: bool, log_y: bool) -> None:
+def _scales(ax: Axes, held: Cut, log: str | None) -> None:
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+    log_x = held.x.is_log and not held.series if log is None else "x" in log
+    log_y = is_log(held.values) if log is None else "y" in log
     if held.x.numbers is None:
         ax.set_xticks(range(len(held.x.texts)), held.x.texts)
-    elif log_x and not held.series:
+    elif log_x:
         ax.set_xscale("log")
         _number(ax.xaxis, held.x.numbers)
+    else:
+        ax.xaxis.set_major_locator(MaxNLocator(5))
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: select.number_text(value)))
     if log_y:
         ax.set_yscale("log")
         _number(ax.yaxis, held.values)
 
 
-def _share_heights(axes: NDArray[Any]) -> None:
-    """Give all panels the limits that hold the lines of each."""
-    limits = np.array([ax.get_ylim() for ax in axes])
+def _share_heights(axes: NDArray[Any], held: Cut) -> None:
+    """Give all panels the limits that hold what each shows."""
+    shown = [ax for ax, values in zip(axes, held.values, strict=True) if np.isfinite(values).any()]
+    limits = np.array([ax.get_ylim() for ax in shown])
     for ax in axes:
         ax.set_ylim(limits[:, 0].min(), limits[:, 1].max())
 
@@ -163,6 +203,8 @@ def _number(axis: Any, values: Floats) -> None:
     from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 
     known = values[np.isfinite(values) & (values > 0.0)]
+    if not known.size:
+        return
     if np.log10(known.max() / known.min()) < _DECADES:
         axis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
         axis.set_major_formatter(LogFormatterSciNotation(minor_thresholds=(np.inf, np.inf)))

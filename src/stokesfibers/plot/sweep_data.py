@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,59 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stokesfibers.core.errors import InputError
-from stokesfibers.core.tables import did_you_mean
-from stokesfibers.core.variables import Variable
-from stokesfibers.plot import select
+from stokesfibers.plot.sweep_along import Along, Floats, along, label_of
+from stokesfibers.plot.sweep_select import SERIES, checked, dimension, divisor, stay
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
-
-_OWN = ("time_reached", "wall_time")
-_OF_MEANS = ("_mean_error", "_mean_settled")
 _SEED = "seed"
-_SERIES = ("time", "record")
-_SPREAD = 30.0  # largest over smallest positive value from which a scale is logarithmic
-
-
-@dataclass(frozen=True)
-class Along:
-    """One direction of a figure: the horizontal axis, the lines or the panels.
-
-    Attributes
-    ----------
-    name
-        Its dimension in the dataset.
-    values
-        The values along it, numbers or texts.
-    symbol
-        What to call a value, with dollar signs if it is a formula.
-    label
-        Meaning, symbol and unit.
-    """
-
-    name: str
-    values: tuple[Any, ...]
-    symbol: str
-    label: str
-
-    @property
-    def numbers(self) -> Floats | None:
-        """The values as numbers; None if they are texts."""
-        if any(isinstance(value, str) for value in self.values):
-            return None
-        return np.array(self.values, dtype=np.float64)
-
-    @property
-    def texts(self) -> list[str]:
-        """The values as they are written."""
-        written = _power if is_log(self.numbers) else select.number_text
-        return [v if isinstance(v, str) else written(float(v)) for v in self.values]
-
-    def said(self, k: int) -> str:
-        """Return ``symbol = value`` of the value of number `k`."""
-        return f"{self.symbol} = {self.texts[k]}"
 
 
 @dataclass(frozen=True)
@@ -77,161 +31,186 @@ class Cut:
         The horizontal axis.
     lines, panels
         The second and the third parameter, if there are.
-    values, errors, doubtful : (panel, line, x)
-        What is drawn, with standard errors where there are, and which results are doubtful.
+    places, values, errors, doubtful : (panel, line, x)
+        Where along the axis, what is drawn, with standard errors where there are, and which
+        results are doubtful.
     series
         Whether x is the time.
+    held
+        The parameters that stay at a value, as ``symbol = value``.
+    notes
+        What a reader of the figure should know, in sentences.
     """
 
     label: str
     x: Along
     lines: Along | None
     panels: Along | None
+    places: Floats
     values: Floats
     errors: Floats | None
     doubtful: NDArray[np.bool_]
     series: bool
+    held: tuple[str, ...]
+    notes: tuple[str, ...]
 
 
-def drawable(data: xr.Dataset) -> list[str]:
-    """Return the names of the variables that can be drawn, the likeliest first."""
-    numeric = [
-        str(name)
-        for name, held in data.data_vars.items()
-        if np.issubdtype(held.dtype, np.number) and not str(name).endswith(_OF_MEANS)
-    ]
-    plain = [n for n in numeric if n not in (*_OWN, *_SERIES) and not {"i", "j"} & {*data[n].dims}]
-    late = {n: (n.endswith("_time"), bool({*_SERIES} & {*data[n].dims})) for n in plain}
-    return [*sorted(plain, key=lambda n: late[n]), *(n for n in _OWN if n in numeric)]
-
-
-def cut(data: xr.Dataset, name: str | None, *, x: str | None, at: Mapping[str, Any]) -> Cut:
+def cut(
+    data: xr.Dataset,
+    name: str | None,
+    *,
+    x: str | None = None,
+    at: Mapping[str, Any] | None = None,
+    per: str | None = None,
+) -> Cut:
     """Return what `stokesfibers.plot.sweep` draws; parameters and errors are the same."""
+    name = checked(data, name)
     swept = [str(d) for d in data["status"].dims]
-    names = drawable(data)
-    if not names:
-        raise InputError("name", "a dataset that holds numbers", "none", "See [collect].")
-    name = names[0] if name is None else name
-    if name not in names:
-        raise InputError("name", f"one of {', '.join(names)}", name, did_you_mean(name, names))
-    data = _stay(data, swept, at)
+    below = None if per is None else divisor(data, per, swept)
+    data, held = stay(data, swept, at or {})
     swept = [d for d in swept if d in data.dims]
+    x = None if x is None else dimension(data, x, [*swept, *SERIES], "x")
+    taken = _taken(data, name, below)
+    series = [d for d in SERIES if d in taken.found.dims]
+    time = data["time"] if series else None
+    if _SEED in swept and x != _SEED and (len(swept) > 1 or series):
+        time = None if time is None else _common(time)
+        taken = taken.over(_SEED)
+        swept.remove(_SEED)
+    axis = _axis(data, swept, x, series)
+    found, order = taken.found, _order(taken.found, swept, axis)
+    places = time if time is not None else _places(data, axis)
+    values, doubtful = _grid(found, found, order), _grid(taken.doubt, found, order).astype(bool)
+    if not np.isfinite(values).any():
+        raise InputError("name", "a variable with a known value", f"{name}, of which none is known")
+    panels, lines = (None if dim is None else along(data, dim) for dim in order[:2])
+    return Cut(
+        label=label_of(found, name),
+        x=_time_axis(time) if time is not None else along(data, axis),
+        lines=lines,
+        panels=panels,
+        places=_grid(places, found, order),
+        values=values,
+        errors=None if taken.error is None else _grid(taken.error, found, order),
+        doubtful=doubtful,
+        series=time is not None,
+        held=held,
+        notes=tuple(_notes(data, name, values, doubtful)),
+    )
+
+
+def _notes(data: xr.Dataset, name: str, values: Floats, doubtful: NDArray[Any]) -> Iterator[str]:
+    known = np.isfinite(values).any(axis=-1) if name in data and _is_series(data[name]) else None
+    shown = np.isfinite(values) if known is None else known
+    odd = shown & (doubtful if known is None else doubtful.any(axis=-1))
+    if odd.any():
+        drawn = "dashed" if known is not None else "hollow"
+        count = f"{odd.sum()} of {shown.sum()} results drawn"
+        yield f"{count} cannot be trusted, or lack a seed; they are {drawn}"
+    settled = data.get(f"{name}_settled")
+    if settled is not None and bool((settled == 0.0).any()):
+        count = int((settled == 0.0).sum())
+        yield f"{count} of {int(settled.notnull().sum())} means have not settled: run longer"
+
+
+def _is_series(held: xr.DataArray) -> bool:
+    return bool({*SERIES} & {*map(str, held.dims)})
+
+
+@dataclass(frozen=True)
+class _Taken:
+    """A variable on its way into a figure: values, standard errors, and which are doubtful."""
+
+    found: xr.DataArray
+    error: xr.DataArray | None
+    doubt: xr.DataArray
+
+    def over(self, dim: str) -> _Taken:
+        """Return the mean along `dim`; that of seeds has an error, and a doubt if one is missing.
+
+        Fibers of one suspension are not independent, so that their mean has no error.
+        """
+        found, error, doubt = self.found, None, self.doubt
+        if dim not in found.dims:
+            return self
+        mean, missing = found.mean(dim, keep_attrs=True), found.isnull()
+        if found.sizes[dim] > 1:
+            said = str(found.attrs.get("long_name", found.name))
+            join = " and" if ", mean " in said else ", mean over"
+            mean.attrs["long_name"] = f"{said}{join} {dim}s"
+        if dim == _SEED:
+            doubt = doubt | (missing & mean.notnull())
+            error = found.std(dim, ddof=1) / np.sqrt(found.notnull().sum(dim))
+            error = error if found.sizes[dim] > 1 else self.error
+        return _Taken(mean, error, doubt.any(dim) if dim in doubt.dims else doubt)
+
+
+def _taken(data: xr.Dataset, name: str, divisor: xr.DataArray | None) -> _Taken:
+    """Return the variable, the mean over fibers if there are, over the divisor if there is one."""
     found, doubt = data[name], (data["doubt"] != "") & (data["status"] == "done")
     error = data.get(f"{name}_error") if name.endswith("_mean") else None
-    found, error, doubt = _averaged(found, error, doubt, "fiber")
-    if _SEED in swept and x != _SEED and (len(swept) > 1 or {*_SERIES} & {*found.dims}):
-        found, error, doubt = _averaged(found, error, doubt, _SEED)
-        swept.remove(_SEED)
-    own = [str(d) for d in found.dims if d not in swept]
-    series = own[:1] if own and own[0] in _SERIES else []
-    if own != series:
-        raise InputError("name", "numbers, one for each case", f"{name} with {', '.join(own)}")
-    axis = _axis(data, swept, x, series)
+    if divisor is not None:
+        attrs = dict(found.attrs)
+        below = divisor.attrs.get("symbol", rf"\mathrm{{{divisor.name}}}".replace("_", " "))
+        if attrs.get("symbol"):
+            attrs["symbol"] = f"{attrs['symbol']} / {below}"
+        else:
+            attrs["long_name"] = f"{attrs.get('long_name', name)} / {divisor.name}"
+        found = (found / divisor).assign_attrs(attrs).rename(name)
+        error = None if error is None else error / abs(divisor)
+    return (
+        _Taken(found, error, doubt).over("fiber")
+        if "fiber" in found.dims
+        else _Taken(found, error, doubt)
+    )
+
+
+def _time_axis(time: xr.DataArray) -> Along:
+    return Along(str(time.dims[-1]), tuple(time.to_numpy().ravel()), "$t$", label_of(time, "time"))
+
+
+def _places(data: xr.Dataset, dim: str) -> xr.DataArray:
+    """Return where values lie along a swept dimension: at its numbers, or one after another."""
+    import xarray as xr
+
+    numbers = along(data, dim).numbers
+    return xr.DataArray(
+        np.arange(data.sizes[dim], dtype=float) if numbers is None else numbers, dims=dim
+    )
+
+
+def _order(found: xr.DataArray, swept: list[str], axis: str) -> tuple[str | None, str | None, str]:
+    """Return the dimensions of panels and lines, of which the larger is that of lines, and axis."""
     rest = [d for d in swept if d != axis and found.sizes[d] > 1]
     rest.sort(key=lambda d: -found.sizes[d])
     if len(rest) > 2:
         more = f"Stay at a value of one of {', '.join(rest)}."
         raise InputError("at", "three parameters at most", f"{len(rest) + 1}", more)
     lines, panels = (rest[k] if len(rest) > k else None for k in range(2))
-    order = [d for d in (panels, lines, axis) if d is not None]
-    shape = [1] * (3 - len(order)) + [found.sizes[d] for d in order]
-
-    def grid(held: xr.DataArray) -> NDArray[Any]:
-        dims = [d for d in order if d in held.dims]
-        values = held.isel({d: 0 for d in held.dims if d not in order}).transpose(*dims).to_numpy()
-        wide = values if axis in dims or not series else np.repeat(values[..., None], shape[-1], -1)
-        return wide.reshape(shape)
-
-    values = grid(found)
-    if not np.isfinite(values).any():
-        raise InputError("name", "a variable with a known value", f"{name}, of which none is known")
-    time = data["time"] if series else None
-    return Cut(
-        label=_label(found, name),
-        x=along(data, axis, time),
-        lines=None if lines is None else along(data, lines),
-        panels=None if panels is None else along(data, panels),
-        values=values,
-        errors=None if error is None else grid(error),
-        doubtful=grid(doubt).astype(bool),
-        series=bool(series),
-    )
+    return panels, lines, axis
 
 
-def is_log(values: Floats | None) -> bool:
-    """Return whether values are better seen on a logarithmic scale."""
-    known = np.empty(0) if values is None else values[np.isfinite(values)]
-    return bool(known.size and known.min() > 0.0 and known.max() > _SPREAD * known.min())
+def _grid(
+    held: xr.DataArray, found: xr.DataArray, order: tuple[str | None, str | None, str]
+) -> NDArray[Any]:
+    """Return the values of `held` (panel, line, x), repeated along what it does not depend on."""
+    dims = [d for d in order if d is not None]
+    held = held.isel({d: 0 for d in held.dims if d not in dims})
+    lacking = {d: found.sizes[d] for d in dims if d not in held.dims}
+    whole = held.drop_vars(held.coords).expand_dims(lacking).transpose(*dims).to_numpy()
+    return whole.reshape([1] * (3 - len(dims)) + list(whole.shape))
 
 
-def _power(value: float) -> str:
-    """Return a number as a formula with a power of ten."""
-    mantissa, power = f"{value:.5e}".split("e")
-    plain = mantissa.rstrip("0").rstrip(".")
-    factor = "" if plain == "1" else rf"{plain}\times"
-    return f"${factor}10^{{{int(power)}}}$"
-
-
-def along(data: xr.Dataset, dim: str, time: xr.DataArray | None = None) -> Along:
-    """Return a direction of the figure; its coordinate may have another name than `dim`."""
-    if time is not None and dim in _SERIES:
-        held = time.isel({d: 0 for d in time.dims if d != dim})
-        return Along(dim, tuple(held.to_numpy().tolist()), "$t$", _label(held, "time"))
-    labels = [c for c in data.coords.values() if c.dims == (dim,)]
-    named = [c for c in labels if c.name == dim]
-    numeric = [c for c in labels if np.issubdtype(c.dtype, np.number)]
-    held = (named or numeric or labels or [data[dim]])[0]
-    values = tuple(held.to_numpy().tolist())
-    symbol = f"${held.attrs['symbol']}$" if held.attrs.get("symbol") else str(held.name)
-    return Along(dim, values, symbol, _label(held, str(held.name)))
-
-
-def _label(held: xr.DataArray, name: str) -> str:
-    """Return meaning, symbol and unit; what was taken of a quantity, behind a comma, below."""
-    attrs = held.attrs
-    meaning, _, taken = str(attrs.get("long_name", name.replace("_", " "))).partition(", ")
-    if not attrs.get("symbol"):
-        return f"{meaning}\n{taken}".strip()
-    variable = Variable(name, "observables", (), attrs.get("units", "1"), attrs["symbol"], meaning)
-    return f"{select.axis_label(variable)}\n{taken}".strip()
-
-
-def _stay(data: xr.Dataset, swept: list[str], at: Mapping[str, Any]) -> xr.Dataset:
-    """Return the dataset at the values asked for, the nearest of each parameter."""
-    for name, value in at.items():
-        if name not in swept:
-            hint = did_you_mean(name, swept)
-            raise InputError("at", f"a swept parameter: {', '.join(swept)}", repr(name), hint)
-        there = along(data, name)
-        numbers = there.numbers
-        if numbers is None:
-            if str(value) not in there.values:
-                known = ", ".join(there.texts)
-                raise InputError("at", f"{name} to be one of {known}", repr(value))
-            place = there.values.index(str(value))
-        else:
-            try:
-                place = int(np.nanargmin(np.abs(numbers - float(value))))
-            except (TypeError, ValueError):
-                raise InputError("at", f"a number for {name}", repr(value)) from None
-        data = data.isel({name: place})
-    return data
-
-
-def _averaged(
-    found: xr.DataArray, error: xr.DataArray | None, doubt: xr.DataArray, dim: str
-) -> tuple[xr.DataArray, xr.DataArray | None, xr.DataArray]:
-    """Return the mean along `dim` with its standard error; a mean with a doubtful part is so."""
-    if dim not in found.dims:
-        return found, error, doubt
-    attrs, count = found.attrs, found.notnull().sum(dim)
-    mean = found.mean(dim, keep_attrs=True)
-    if found.sizes[dim] > 1:
-        said = str(attrs.get("long_name", found.name))
-        join = " and" if ", mean " in said else ", mean over"
-        mean.attrs["long_name"] = f"{said}{join} {dim}s"
-        error = found.std(dim, ddof=1) / np.sqrt(count)
-    return mean, error, doubt.any(dim) if dim in doubt.dims else doubt
+def _common(time: xr.DataArray) -> xr.DataArray:
+    """Return the times that all seeds share; InputError if they do not."""
+    if _SEED not in time.dims:
+        return time
+    low, high = time.min(_SEED), time.max(_SEED)
+    if bool((high - low > 1e-9 * abs(high)).any()):
+        raise InputError(
+            "at", "a seed, such as seed = 0", "none", "The seeds were recorded at different times."
+        )
+    return high.assign_attrs(time.attrs)
 
 
 def _axis(data: xr.Dataset, swept: list[str], x: str | None, series: list[str]) -> str:
@@ -242,9 +221,6 @@ def _axis(data: xr.Dataset, swept: list[str], x: str | None, series: list[str]) 
         return series[0]
     if not swept:
         raise InputError("at", "a parameter to draw along", "a single case")
-    if x is not None:
-        if x not in swept:
-            hint = did_you_mean(x, swept)
-            raise InputError("x", f"a swept parameter: {', '.join(swept)}", repr(x), hint)
-        return x
-    return max(swept, key=lambda d: (along(data, d).numbers is not None, data.sizes[d]))
+    if x in SERIES:
+        raise InputError("x", f"a swept parameter: {', '.join(swept)}", repr(x))
+    return x or max(swept, key=lambda d: (along(data, d).numbers is not None, data.sizes[d]))

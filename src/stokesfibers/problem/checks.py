@@ -12,6 +12,7 @@ from math import pi, radians
 import numpy as np
 
 from stokesfibers.core.arrays import Positions
+from stokesfibers.load import NoLoad
 from stokesfibers.problem.doubt import Doubt, Plan
 from stokesfibers.problem.engine import PaperEngine, SpectralEngine
 from stokesfibers.problem.engine_checks import engine_doubts
@@ -34,6 +35,7 @@ def doubts(problem: Problem, plan: Plan) -> tuple[Doubt, ...]:
         *bent_without_regularization(problem, plan),
         *engine_doubts(problem, plan),
         *angle_in_degrees(plan),
+        *rigidity_without_effect(problem),
         *thick_fibers(problem),
         *crowded_cell(problem),
         *large_memory(problem),
@@ -50,6 +52,19 @@ def angle_in_degrees(plan: Plan) -> Iterator[Doubt]:
             "more than a whole turn; angles are in radians",
             f"{plan.angle:g}, a turn is {2.0 * pi:.4g}",
             f"If degrees were meant, {plan.angle:g} of them are {radians(plan.angle):.6g}.",
+        )
+
+
+def rigidity_without_effect(problem: Problem) -> Iterator[Doubt]:
+    """Doubt a rigidity beside mu_bar, which holds it: all forces only scale with it."""
+    rigidities = {kind.rigidity for kind in problem.kinds}
+    plain = isinstance(problem.load, NoLoad) and problem.viscosity is None
+    if plain and len(rigidities) == 1 and rigidities != {1.0}:
+        yield Doubt(
+            "fiber.rigidity",
+            "no effect on the motion: mu_bar = 8 pi mu rate L^4 / E holds it",
+            f"{rigidities.pop():g} for all fibers, with fluid.mu_bar",
+            "Change fluid.mu_bar, or give fluid.viscosity instead.",
         )
 
 

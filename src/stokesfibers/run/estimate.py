@@ -55,7 +55,14 @@ class Cost:
     settled: bool
 
 
-def estimate(problem: Problem, initial: Initial, *, until: float, record: Schedule) -> Cost:
+def estimate(
+    problem: Problem,
+    initial: Initial,
+    *,
+    until: float,
+    record: Schedule,
+    threads: int | None = None,
+) -> Cost:
     """Return the cost of a run, from steps with this problem on this machine.
 
     Where the steps vary, their number is that of a short trial, taken to go on alike.
@@ -70,6 +77,8 @@ def estimate(problem: Problem, initial: Initial, *, until: float, record: Schedu
         Time to stop.
     record
         What is recorded when.
+    threads
+        Threads of a step; None for all cores.
 
     Raises
     ------
@@ -79,7 +88,7 @@ def estimate(problem: Problem, initial: Initial, *, until: float, record: Schedu
         If the first steps have no solution.
     """
     with reproducible():
-        stepper = stepper_of(problem)
+        stepper = stepper_of(problem, threads)
         carry, _ = stepper.step(first_carry(stepper, initial))  # compiles what is not
         points = OutputPoints(record.points)
 

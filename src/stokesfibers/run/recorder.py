@@ -30,7 +30,7 @@ from stokesfibers.stepping.report import StepReport
 LEAST_COMMIT_SECONDS = 0.5
 """Of wall time between commits, each of which replaces some forty files."""
 MOST_COMMIT_SECONDS = 20.0
-"""Of wall time after which steps are stored though no record became due: a kill loses no more."""
+"""Of wall time after which a run is stored though nothing became due: a kill loses no more."""
 
 
 class Sink(Protocol):
@@ -98,7 +98,7 @@ class Recorder(Generic[C]):
         self._health = health
         self._reports: list[StepReport] = []
         self._saved = recorded  # time of the last checkpoint
-        self._begun, self._stored = monotonic(), -np.inf  # wall times of start and last commit
+        self._stored, self._kept = -np.inf, monotonic()  # wall times of last commit, checkpoint
         self.recorded = recorded
         self.committed = 0.0
         self.crossings: list[dict[str, Any]] = []
@@ -118,7 +118,7 @@ class Recorder(Generic[C]):
         self._health.note("spatial_error", report.spatial_error, report.time)
         self._health.step(carry)
         self.catch_up(carry, until)
-        if monotonic() - max(self._begun, self._stored) >= MOST_COMMIT_SECONDS:
+        if monotonic() - self._kept >= MOST_COMMIT_SECONDS:
             self.commit(carry, Status("running", self.recorded))
 
     def catch_up(self, carry: C, until: float) -> None:
@@ -198,5 +198,5 @@ class Recorder(Generic[C]):
         self._sink.commit(status.to_dict(), checkpoint)
         self.committed, self._stored = status.time, monotonic()
         if carry is not None:
-            self._saved = status.time
+            self._saved, self._kept = status.time, self._stored
         return status

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
+from math import ceil, floor
 from typing import Any, Self, cast
 
 import numpy as np
@@ -15,13 +16,14 @@ from stokesfibers.core.tables import Table, build, did_you_mean
 from stokesfibers.core.variables import lookup, registered
 from stokesfibers.flow.base import to_dict as flow_to_dict
 from stokesfibers.flow.period import period_of
-from stokesfibers.observe.averages import block_average, flow_period
+from stokesfibers.observe.averages import LEAST_IN_A_PERIOD, block_average, flow_period
 from stokesfibers.observe.observables import recorded
 from stokesfibers.observe.snapshot import Snapshot, Surroundings
 from stokesfibers.problem.problem import Problem
 from stokesfibers.run.moment import surroundings
 
 _LEAST_RECORDS = 4
+_ROUNDING = 1e-6  # of an interval or a period
 _LISTS = ("series", "final", "largest", "smallest", "mean")
 
 
@@ -128,13 +130,29 @@ class Collect:
                 f"{max(0, int(records + 1e-9))} records of observables after t = {self.after:g}",
                 "Set a smaller record.observables_every, collect.after or collect.block.",
             )
-        period = period_of(flow_to_dict(problem.flow))
-        if self.mean and period is not None and until - self.after < _LEAST_RECORDS * period:
+        self._check_periods(period_of(flow_to_dict(problem.flow)), until, interval)
+
+    def _check_periods(self, period: float | None, until: float, interval: float) -> None:
+        """Raise InputError if means in an oscillating flow would not be over whole periods."""
+        if period is None or not self.mean:
+            return
+        first, last = ceil(self.after / interval - _ROUNDING), floor(until / interval + _ROUNDING)
+        periods = floor((last - first + 1) * interval / period + _ROUNDING)
+        block = max(1, round((self.block or 0.0) / period))
+        if periods // block < _LEAST_RECORDS:
+            blocks = f" in blocks of {block * period:.6g}" if block > 1 else ""
             raise InputError(
                 "collect.mean",
-                f"times for at least four whole periods of the flow, {period:.6g} each",
+                f"times for at least four whole periods of the flow, {period:.6g} each{blocks}",
                 f"{until - self.after:.6g} after t = {self.after:g}",
-                "Set a later stepping.until or an earlier collect.after.",
+                "Set a later stepping.until, or an earlier collect.after.",
+            )
+        if period < LEAST_IN_A_PERIOD * interval * (1.0 - _ROUNDING):
+            raise InputError(
+                "collect.mean",
+                f"at least {LEAST_IN_A_PERIOD} records in each period of the flow, {period:.6g}",
+                f"one each {interval:.6g}",
+                "Set a smaller record.observables_every.",
             )
 
 

@@ -63,7 +63,9 @@ def dataset(
     held = {name: (dims, values.reshape(shape)) for name, values in _facts(folder, plan, states)}
     held["wall_time"] = (dims, np.array(walls).reshape(shape))
     held["doubt"] = (dims, _texts(doubts).reshape(shape))
-    attributes = _attributes(plan, states) | {"doubtful": sum(map(bool, doubts))}
+    attributes = _attributes(plan, states) | {
+        "doubtful": sum(d != "" and s.code == "done" for d, s in zip(doubts, states, strict=True))
+    }
     data = xr.Dataset(held, coords=_coordinates(plan.axes), attrs=attributes)
     for name, meaning in _WHAT.items():
         data[name].attrs["long_name"] = meaning

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 from stokesfibers.cli.sweep_cost import _rows
+from stokesfibers.cli.sweep_plot import _dataset
 from stokesfibers.run.estimate import Cost
 from stokesfibers.study.sweep_plan import read_plan
 
@@ -221,6 +222,9 @@ def test_means_over_part_of_a_period_are_refused(file, invoke):
     text = text.replace("positions_every = 0.25", "positions_every = 0.05")
     file.write_text(text.replace("frequency = 4.0", "frequency = 7.0"))
     assert "at least four whole periods of the flow, 0.142857" in invoke("sweep", file).stderr
+    file.write_text(text.replace("frequency = 4.0", "frequency = 30.0"))
+    said = invoke("sweep", file).stderr
+    assert "at least 8 records in each period of the flow, 0.0333333, got one each 0.005" in said
     file.write_text(text.replace("frequency = 4.0", "frequency = 8.0"))
     assert invoke("sweep", file, "--dry-run").exit_code == 0
 
@@ -274,8 +278,45 @@ def test_the_cost_of_all_cases_is_the_mean_of_both_ends_over_the_processes():
         "a": "about 10 s, store 1 MB",
         "b": "about 50 s, store 3 MB",
         "all 8, if alike": "about 1 min 0 s on 4 processes, 16 MB",
+        "": "and some seconds to start them",
     }
     rows = dict(_rows({"a": short, "b": replace(long, settled=False)}, 8, 4))
     assert list(rows) == ["a", "b"]
     assert "cannot be told" in rows["b"]
-    assert dict(_rows({"a": None}, 1, 1)) == {"a": "unknown: the first step has no solution"}
+    assert dict(_rows({"a": None}, 1, 1)) == {"a": "unknown: the first steps cannot be taken here"}
+
+
+def test_doubtful_choices_are_said_once_with_their_cases(file, invoke):
+    file.write_text(SWEEP + '[[cases]]\nname = "a"\n[[cases]]\nname = "b"\ninitial.angle = 170.0\n')
+    said = invoke("sweep", file, "--dry-run").stderr
+    told = said.partition("Doubtful choices")[2]
+    assert told.count("initial.angle: more than a whole turn") == 1
+    assert [line.strip()[:9] for line in told.splitlines()[2:]] == ["mu_bar=10", "mu_bar=10"]
+    assert invoke("sweep", file, "--dry-run", "--quiet").stderr == ""
+
+
+def test_a_sweep_without_a_case_that_is_done_has_no_figure(tmp_path, monkeypatch, invoke):
+    monkeypatch.chdir(tmp_path)
+    Path("wind.py").write_text(BROKEN_FLOW)
+    flow = 'flow = {kind = "python", file = "wind.py"}'
+    Path("all.toml").write_text(SWEEP.replace('flow.kind = "shear"', flow))
+    result = invoke("sweep", "all.toml", "--workers", 1, "--allow-python")
+    assert result.exit_code == 3
+    assert "error: 2 of 2 cases failed.\n" in result.stderr
+    assert "Next" not in result.output
+    assert "cannot be trusted" not in result.output
+    result = invoke("sweep", "plot", "all")
+    assert result.exit_code == 2
+    assert "a case that is done, and numbers collected, got none of 2 done" in result.stderr
+
+
+def test_a_dataset_of_an_earlier_sweep_is_not_drawn(file, invoke):
+    assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
+    shutil.copytree("twofold/sweep.zarr", "before")
+    file.write_text(SWEEP.replace("[1e3, 1e4]", "[1e3, 1e4, 2e4]"))
+    assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
+    shutil.rmtree("twofold/sweep.zarr")
+    Path("before").rename("twofold/sweep.zarr")  # as a kill leaves it
+    assert _dataset(Path("twofold")).sizes["mu_bar"] == 3
+    assert invoke("sweep", "collect", "twofold").exit_code == 0
+    assert _dataset(Path("twofold")).sizes["mu_bar"] == 3

@@ -180,3 +180,16 @@ def test_a_runs_flow_tells_the_period():
     data.attrs["case"] = json.dumps({"flow": {"kind": "shear", "rate": 1.0}})
     assert abs(average_of(data, "shear_stress", after=1.0).mean) < 0.1
     assert average_of(data, "shear_stress", after=1.0).error > 0.01
+
+
+def test_periods_that_are_alike_have_settled():
+    time = np.arange(0.0, 4.0, 0.1)
+    found = block_average(time, 1.0 + np.sin(2.0 * np.pi * time), period=1.0)
+    assert found.settled
+    assert not block_average(time, time + np.sin(2.0 * np.pi * time), period=1.0).settled
+
+
+def test_a_gap_longer_than_a_period_is_refused():
+    time = np.concatenate([np.arange(0.0, 2.0, 0.1), np.arange(5.0, 8.0, 0.1)])
+    with pytest.raises(InputError, match="a gap longer than a period"):
+        block_average(time, time, period=1.3)

@@ -8,7 +8,9 @@ import xarray as xr
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot import save, sweep
-from stokesfibers.plot.sweep_data import cut, drawable
+from stokesfibers.plot.sweep_along import Along
+from stokesfibers.plot.sweep_data import cut
+from stokesfibers.plot.sweep_select import drawable
 from support import assert_close
 
 MU = np.array([1e3, 1e4, 1e5, 1e6])
@@ -196,3 +198,158 @@ def test_series_of_seeds_have_a_band_and_their_label_says_what_was_averaged():
     assert_close([low, high], [0.0, 2.0 * (20.0 + 10.0 / np.sqrt(3.0))], atol=1e-9)
     data["stress_mean"].attrs = {"long_name": "stress, mean over time", "symbol": "S"}
     assert cut(data, "stress_mean", x=None, at={}).label == "stress $S$\nmean over time and seeds"
+
+
+def with_own_times() -> xr.Dataset:
+    """A series at other times in each case, as sweeps of until or dt have it."""
+    data = swept().isel(slenderness=0, seed=0, drop=True)
+    times = np.arange(5.0) * np.array([1.0, 2.0, 0.5, 1.0])[:, None]
+    times[2, 3:] = np.nan
+    stress = np.where(np.isfinite(times), 1.0 + times, np.nan)
+    data = data.drop_vars(["stress", "time"])
+    said = {"symbol": "t", "long_name": "time", "units": "time"}
+    data["stress"] = (("mu_bar", "record"), stress)
+    data["time"] = (("mu_bar", "record"), times, said)
+    return data
+
+
+def test_series_with_times_of_their_own_are_drawn_at_these():
+    (ax,) = sweep(with_own_times(), "stress")
+    for line, count, step in zip(ax.get_lines(), (5, 5, 3, 5), (1.0, 2.0, 0.5, 1.0), strict=True):
+        assert_close(line.get_xdata(), step * np.arange(count), rtol=1e-12)
+        assert_close(line.get_ydata(), 1.0 + step * np.arange(count), rtol=1e-12)
+    assert ax.get_xlabel() == "time $t$"
+
+
+def test_seeds_recorded_at_other_times_have_no_mean():
+    data = with_own_times().rename(mu_bar="seed").assign_coords(seed=np.arange(4))
+    with pytest.raises(InputError, match="recorded at different times"):
+        sweep(data, "stress")
+    (ax,) = sweep(data, "stress", at={"seed": 1})
+    assert_close(ax.get_lines()[0].get_xdata(), 2.0 * np.arange(5), rtol=1e-12)
+
+
+def test_points_are_joined_in_order_of_the_axis():
+    (ax,) = sweep(swept().isel(mu_bar=[2, 0, 3, 1]), "stress_mean", at={"seed": 0})
+    assert ax.get_lines()[0].get_xdata().tolist() == MU.tolist()
+
+
+def test_parameters_walked_together_are_drawn_along_one_that_tells_cases_apart():
+    data = swept().isel(slenderness=0, seed=0, drop=True).rename_dims(mu_bar="ab")
+    data = data.drop_vars("mu_bar").assign_coords(
+        a=("ab", [1.0, 1.0, 2.0, 2.0]), b=("ab", [4.0, 3.0, 2.0, 1.0])
+    )
+    found = cut(data, None, x=None, at={})
+    assert (found.x.symbol, found.x.values) == ("b", (4.0, 3.0, 2.0, 1.0))
+    assert cut(data, None, x="b", at={}).x.name == "ab"
+    with pytest.raises(InputError, match="a single case"):
+        sweep(data, at={"b": 2.2})
+
+
+def test_panels_and_lines_of_failed_cases_spoil_no_others():
+    data = swept().isel(seed=0, drop=True)
+    small = data["stress_mean"].where(data["slenderness"] > 5e-3) * 1e-9
+    data["stress_mean"] = small.where(data["mu_bar"] < 5e5)
+    data["stress_mean_error"] *= 1e-9
+    axes = sweep(data, "stress_mean", x="mu_bar")
+    assert len(axes) == 1
+    axes = sweep(data.expand_dims(c=["p", "q"]), "stress_mean", x="mu_bar")
+    assert axes[0].get_ylim()[1] < 1e-5
+    texts = [text.get_text() for text in axes[-1].get_legend().get_texts()]
+    assert len(texts) == 2
+    alone = sweep(data.transpose("slenderness", ...), "stress_mean", x="slenderness")
+    assert alone[0].get_ylim()[1] < 1e-5
+
+
+def test_a_parameter_that_some_cases_lack_is_written_as_none():
+    data = swept().isel(seed=0, drop=True).assign_coords(slenderness=[1.0, np.nan])
+    data = data.isel(mu_bar=slice(1, 4))
+    found = cut(data, "stress_mean", x="mu_bar", at={})
+    assert found.lines.texts == ["1", "none"]
+    wide = xr.concat([data.assign_coords(slenderness=[1.0, np.nan]), data], "slenderness")
+    wide = wide.isel(slenderness=[0, 1, 2]).assign_coords(slenderness=[1.0, np.nan, 100.0])
+    assert cut(wide, "stress_mean", x="mu_bar", at={}).lines.texts == [
+        "$10^{0}$",
+        "none",
+        "$10^{2}$",
+    ]
+    assert len(sweep(wide, "stress_mean", x="mu_bar")[0].get_legend().get_texts()) == 3
+
+
+def test_a_mean_that_lacks_a_seed_is_marked_and_said():
+    data = swept().isel(slenderness=0, drop=True)
+    data["stress_mean"] = data["stress_mean"].where((data["mu_bar"] < 1e6) | (data["seed"] != 1))
+    data["doubt"] = data["doubt"].where(False, "")
+    found = cut(data, "stress_mean")
+    assert found.doubtful[0, 0].tolist() == [False, False, False, True]
+    assert found.notes == (
+        "1 of 4 results drawn cannot be trusted, or lack a seed; they are hollow",
+    )
+    (ax,) = sweep(data, "stress_mean")
+    assert ax.get_lines()[-1].get_xdata().tolist() == [1e6]
+    data["stress_mean_settled"][0, 0] = 0.0
+    assert cut(data, "stress_mean").notes[-1] == "1 of 12 means have not settled: run longer"
+
+
+def test_doubtful_series_are_dashed():
+    data = swept().isel(slenderness=0, drop=True)
+    found = cut(data, "stress")
+    assert found.notes == (
+        "1 of 4 results drawn cannot be trusted, or lack a seed; they are dashed",
+    )
+    (ax,) = sweep(data, "stress")
+    assert [line.get_linestyle() for line in ax.get_lines()] == ["-", "-", "--", "-"]
+
+
+def test_fibers_have_a_mean_without_an_error():
+    data = swept().isel(slenderness=0, seed=0, fiber=0, drop=True)
+    data["pair"] = data["stress_mean"] * xr.DataArray([1.0, 3.0], dims="fiber")
+    found = cut(data, "pair")
+    assert found.errors is None
+    assert_close(found.values[0, 0], 2.0 * 1e-2 * MU, rtol=1e-12)
+    assert found.label.endswith("mean over fibers")
+
+
+def test_what_stays_is_named_and_what_divides_is_in_the_label():
+    data = swept().isel(seed=0, drop=True)
+    (ax,) = sweep(data, "energy_largest", at={"mu_bar": 9e3}, x="slenderness")
+    assert ax.get_title(loc="left") == r"$\bar\mu$ = $10^{4}$"
+    found = cut(data, "energy_largest", per="mu_bar", at={"slenderness": 1e-2})
+    assert_close(found.values[0, 0], np.full(4, 1e-2), rtol=1e-12)
+    assert found.label.startswith(r"elastic energy $E / \bar\mu$ [force length]")
+    axes = sweep(data, "stress", at={"slenderness": 1e-3, "mu_bar": 1e5})
+    assert axes[0].get_title(loc="left") == r"slenderness = 0.001, $\bar\mu$ = $10^{5}$"
+    with pytest.raises(InputError, match="per: expected a swept parameter"):
+        sweep(data, "stress", per="mu")
+
+
+@pytest.mark.parametrize(
+    ("values", "is_log", "texts"),
+    [
+        ((2e4, 58480.4, 170998.0, 5e5), True, ["20000", "58500", "171000", "500000"]),
+        ((1.0, 2.0, 3.0, 4.0, 5.0), False, ["1", "2", "3", "4", "5"]),
+        ((1.0001, 1.0002), False, ["1.0001", "1.0002"]),
+        ((1.0, 40.0), True, ["$10^{0}$", r"$4\times10^{1}$"]),
+        (('{kind = "shear", rate = 1.0}', '{kind = "extension"}'), False, ["shear", "extension"]),
+        (('{kind = "shear", rate = 1.0}', '{kind = "shear"}'), False, None),
+    ],
+)
+def test_values_are_written_as_short_as_tells_them_apart(values, is_log, texts):
+    found = Along("a", values, "a", "a")
+    assert found.is_log is is_log
+    assert found.texts == (list(values) if texts is None else texts)
+
+
+def test_scales_can_be_chosen_and_long_names_stand_above():
+    data = swept().isel(seed=0, drop=True)
+    (ax,) = sweep(data, "energy_largest", log="x")
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
+    (ax,) = sweep(data, "energy_largest", log="")
+    assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "linear")
+    with pytest.raises(InputError, match="log: expected x, y, xy or nothing"):
+        sweep(data, log="z")
+    names = ["a name that is longer than most others", "b"]
+    (ax,) = sweep(data.assign_coords(slenderness=names), "energy_largest", x="mu_bar")
+    ax.figure.draw_without_rendering()
+    assert ax.get_legend().get_window_extent().y0 > ax.get_window_extent().y1
+    assert ax.get_window_extent().width > 0.6 * ax.figure.bbox.width

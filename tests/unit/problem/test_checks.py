@@ -292,3 +292,31 @@ def test_the_high_order_engine_needs_memory_in_proportion_to_the_fibers() -> Non
 
     assert need(10_000) == 10 * need(1000)
     assert 1e8 < need(1000) < 1e9  # a step of 1,000 fibers was seen to take 0.13 GiB more than one
+
+
+@pytest.mark.parametrize(
+    ("changes", "doubted"),
+    [
+        ({}, False),
+        ({"fiber": Fiber(slenderness=1e-3, rigidity=25.0)}, True),
+        (
+            {"fiber": Fiber(slenderness=1e-3, rigidity=25.0), "mu_bar": None, "viscosity": 1.0},
+            False,
+        ),
+        (
+            {
+                "fiber": (
+                    Fiber(slenderness=1e-3, rigidity=25.0),
+                    Fiber(slenderness=1e-3, rigidity=2.0),
+                )
+            },
+            False,
+        ),
+        ({"fiber": Fiber(slenderness=1e-3, rigidity=25.0), "load": sf.Gravity((0, -1, 0))}, False),
+    ],
+)
+def test_rigidity_beside_mu_bar_has_no_effect(changes, doubted):
+    problem = replace(PAPERS_RUN, **changes)
+    found = [str(doubt) for doubt in checks.rigidity_without_effect(problem)]
+    assert bool(found) is doubted
+    assert all("25 for all fibers" in text for text in found)

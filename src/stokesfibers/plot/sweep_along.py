@@ -1,0 +1,128 @@
+"""One direction of a sweep's figure: its values, and how they and their meaning are written."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stokesfibers.core.variables import Variable
+from stokesfibers.plot import select
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Floats = NDArray[np.float64]
+_FEW_DIGITS, _MANY_DIGITS = 3, 6
+_LEAST_POINTS, _LEAST_RATIO = 3, 4.0  # for a logarithmic axis of values that grow by factors
+_KIND = re.compile(r'\{kind = "(\w+)"')
+_SPREAD = 30.0  # largest over smallest positive value from which a scale is logarithmic
+
+
+@dataclass(frozen=True)
+class Along:
+    """One direction of a figure: the horizontal axis, the lines or the panels.
+
+    Attributes
+    ----------
+    name
+        Its dimension in the dataset.
+    values
+        The values along it, numbers or texts.
+    symbol
+        What to call a value, with dollar signs if it is a formula.
+    label
+        Meaning, symbol and unit.
+    """
+
+    name: str
+    values: tuple[Any, ...]
+    symbol: str
+    label: str
+
+    @property
+    def numbers(self) -> Floats | None:
+        """The values as numbers; None if they are texts."""
+        if any(isinstance(value, str) for value in self.values):
+            return None
+        return np.array(self.values, dtype=np.float64)
+
+    @property
+    def texts(self) -> list[str]:
+        """The values as they are written: as short as tells them apart."""
+        if self.numbers is None:
+            return _kinds([str(value) for value in self.values])
+        write = _power if is_log(self.numbers) else _plain
+        few = [write(float(v), _FEW_DIGITS) for v in self.values]
+        apart = len(set(few)) == len(set(self.values))
+        return few if apart else [write(float(v), _MANY_DIGITS) for v in self.values]
+
+    @property
+    def is_log(self) -> bool:
+        """Whether numbers spread, or are spaced, as on a logarithmic scale."""
+        return is_log(self.numbers) or _grows_by_factors(self.numbers)
+
+    def said(self, k: int) -> str:
+        """Return ``symbol = value`` of the value of number `k`."""
+        return f"{self.symbol} = {self.texts[k]}"
+
+
+def is_log(values: Floats | None) -> bool:
+    """Return whether values are better seen on a logarithmic scale."""
+    known = np.empty(0) if values is None else values[np.isfinite(values)]
+    return bool(known.size and known.min() > 0.0 and known.max() > _SPREAD * known.min())
+
+
+def _grows_by_factors(values: Floats | None) -> bool:
+    """Return whether ratios of neighbours differ less than their distances do."""
+    known = np.empty(0) if values is None else np.unique(values[np.isfinite(values)])
+    if len(known) < _LEAST_POINTS or known[0] <= 0.0 or known[-1] < _LEAST_RATIO * known[0]:
+        return False
+    steps, ratios = np.diff(known), np.diff(np.log(known))
+    return bool(ratios.std() / ratios.mean() < 0.5 * steps.std() / steps.mean())
+
+
+def _kinds(texts: list[str]) -> list[str]:
+    """Return tables by their kinds, where these tell them apart."""
+    found = [_KIND.match(text) for text in texts]
+    kinds = [match[1] for match in found if match]
+    return kinds if len(set(kinds)) == len(texts) else texts
+
+
+def _plain(value: float, digits: int) -> str:
+    return select.number_text(float(f"{value:.{digits}g}")) if np.isfinite(value) else "none"
+
+
+def _power(value: float, digits: int) -> str:
+    """Return a number as a formula with a power of ten."""
+    if not np.isfinite(value):
+        return "none"
+    mantissa, power = f"{value:.{digits - 1}e}".split("e")
+    plain = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+    factor = "" if plain == "1" else rf"{plain}\times"
+    return f"${factor}10^{{{int(power)}}}$"
+
+
+def along(data: xr.Dataset, dim: str) -> Along:
+    """Return a direction of the figure; its coordinate may have another name than `dim`."""
+    labels = [c for c in data.coords.values() if c.dims == (dim,)]
+    numeric = [c for c in labels if np.issubdtype(c.dtype, np.number)]
+    # of parameters that are walked together one that tells all cases apart
+    apart = [c for c in numeric if len(np.unique(c)) == c.size]
+    named = [c for c in labels if c.name == dim]
+    held = (named or apart or numeric or labels or [data[dim]])[0]
+    symbol = f"${held.attrs['symbol']}$" if held.attrs.get("symbol") else str(held.name)
+    return Along(dim, tuple(held.to_numpy().tolist()), symbol, label_of(held, str(held.name)))
+
+
+def label_of(held: xr.DataArray, name: str) -> str:
+    """Return meaning, symbol and unit; what was taken of a quantity, behind a comma, below."""
+    attrs = held.attrs
+    meaning, _, taken = str(attrs.get("long_name", name.replace("_", " "))).partition(", ")
+    if not attrs.get("symbol"):
+        return f"{meaning}\n{taken}".strip()
+    variable = Variable(name, "observables", (), attrs.get("units", "1"), attrs["symbol"], meaning)
+    return f"{select.axis_label(variable)}\n{taken}".strip()
