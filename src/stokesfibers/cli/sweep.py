@@ -30,6 +30,7 @@ from stokesfibers.cli.sweep_words import (
     say_failures,
     say_plan,
     say_tally,
+    say_unsettled,
 )
 from stokesfibers.cli.words import plural
 
@@ -151,7 +152,7 @@ def run_sweep(
             retry=retry,
             watch=watch,
         )
-    code = _say_how_it_ended(data.attrs, folder, quiet=quiet)
+    code = _say_how_it_ended(data, folder, quiet=quiet)
     _write_netcdf(data, netcdf, quiet=quiet)
     return code
 
@@ -205,8 +206,9 @@ def _write_netcdf(data: xr.Dataset, file: Path | None, *, quiet: bool = False) -
             write_netcdf(data, file)
 
 
-def _say_how_it_ended(attributes: dict[str, int | str], folder: Path, *, quiet: bool) -> int:
+def _say_how_it_ended(data: xr.Dataset, folder: Path, *, quiet: bool) -> int:
     """Print the last lines of a sweep and return the exit code."""
+    attributes = data.attrs
     done, failed, cases = (int(attributes[key]) for key in ("done", "failed", "cases"))
     if attributes["status"] == "interrupted" and done + failed < cases:
         left = f"{done} of {plural(cases, 'case')} done"
@@ -219,6 +221,7 @@ def _say_how_it_ended(attributes: dict[str, int | str], folder: Path, *, quiet: 
         say_failures(folder)
     if attributes["doubtful"]:
         say_doubts(int(attributes["doubtful"]), folder)
+    say_unsettled(data)
     if not quiet:
         say_end(done, cases, folder)
     return RUN_FAILED if failed else DONE

@@ -36,6 +36,7 @@ _TYPED = {
 @click.option("--per", metavar="NAME", help="Divide by this parameter, such as mu_bar.")
 @click.option("--log", help="Logarithmic axes: x, y, xy or none; by default as values spread.")
 @click.option("--label", help="Text along the vertical axis; formulas in $...$ as in TeX.")
+@click.option("--xlabel", help="Text along the horizontal axis.")
 @click.option(
     "--out",
     type=RUN,
@@ -53,6 +54,7 @@ def plot_sweep(
     per: str | None,
     log: str | None,
     label: str | None,
+    xlabel: str | None,
     out: Path | None,
     dark: bool,
     dpi: int,
@@ -81,9 +83,9 @@ def plot_sweep(
             checked_path(target)
             given: dict[str, Any] = {"x": x, "at": dict(map(_stay, at)), "per": per}
             drawn = sweep(data, chosen, log="" if log == "none" else log, **given)
-            if label is not None:
-                for ax in drawn:
-                    ax.set_ylabel(label if ax.get_ylabel() else "")
+            for ax in drawn:
+                ax.set_ylabel(label if label and ax.get_ylabel() else ax.get_ylabel())
+                ax.set_xlabel(xlabel or ax.get_xlabel())
             click.echo(save(drawn, target, dpi))
         for note in cut(data, chosen, **given).notes:
             warn(f"{note}.")

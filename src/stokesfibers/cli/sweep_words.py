@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stokesfibers.cli.words import duration, heading, lines, number, plural
+from stokesfibers.cli.words import duration, heading, lines, number, plural, warn
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from stokesfibers.study.sweep import Change, Watch
     from stokesfibers.study.sweep_folder import SweepFolder
     from stokesfibers.study.sweep_plan import Plan, SweepCase
@@ -188,6 +190,15 @@ def say_doubts(doubtful: int, folder: Path) -> None:
     click.secho("warning: ", fg="yellow", bold=True, nl=False, err=True)
     where = f"'stokesfibers sweep status {folder}' says why"
     click.echo(f"{plural(doubtful, 'result')} cannot be trusted; {where}.", err=True)
+
+
+def say_unsettled(data: xr.Dataset) -> None:
+    """Print how many means over time have not settled."""
+    held = [values for name, values in data.items() if str(name).endswith("_mean_settled")]
+    means = sum(int(values.notnull().sum()) for values in held)
+    unsettled = sum(int((values == 0.0).sum()) for values in held)
+    if unsettled:
+        warn(f"{unsettled} of {plural(means, 'mean')} over time have not settled: run longer.")
 
 
 def say_end(done: int, cases: int, folder: Path) -> None:

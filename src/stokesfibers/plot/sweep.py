@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stokesfibers.core.errors import InputError
-from stokesfibers.plot import select
 from stokesfibers.plot.style import COLUMN, PAGE, new_panels, style, time_colours
 from stokesfibers.plot.sweep_along import Along, Floats, is_log
 from stokesfibers.plot.sweep_data import Cut, cut
 from stokesfibers.plot.theme import theme
+from stokesfibers.plot.ticks import number_axes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +23,6 @@ _MOST_LINES = 12
 _MOST_PANELS = 6
 _LONG = 24  # characters of a name that leaves too little room beside a panel
 _ACROSS = 3  # panels beside one another
-_DECADES = 1.7  # below which a logarithmic scale is numbered between powers of ten too
 
 
 def sweep(
@@ -65,8 +64,7 @@ def sweep(
     Raises
     ------
     InputError
-        If there is no such variable, dimension or value, more than three parameters are left, there
-        are too many lines or panels, or no value is known.
+        If there is no such variable, dimension or value, too many are left, or none is known.
     """
     if log not in (None, "", "x", "y", "xy", "yx"):
         raise InputError("log", "x, y, xy or nothing", repr(log))
@@ -83,6 +81,7 @@ def sweep(
             if held.panels is not None:
                 ax.set_title(held.panels.said(k), loc="left")
         _share_heights(axes, held)
+        number_axes(axes, plain_x=held.x.numbers is not None)
         _name_what_stays(axes, held)
         _legend(axes, held.lines)
     return axes
@@ -173,21 +172,12 @@ def _colours(lines: Along | None) -> list[Any]:
 
 
 def _scales(ax: Axes, held: Cut, log: str | None) -> None:
-    from matplotlib.ticker import FuncFormatter, MaxNLocator
-
-    log_x = held.x.is_log and not held.series if log is None else "x" in log
-    log_y = is_log(held.values) if log is None else "y" in log
     if held.x.numbers is None:
         ax.set_xticks(range(len(held.x.texts)), held.x.texts)
-    elif log_x:
+    elif held.x.is_log and not held.series if log is None else "x" in log:
         ax.set_xscale("log")
-        _number(ax.xaxis, held.x.numbers)
-    else:
-        ax.xaxis.set_major_locator(MaxNLocator(5))
-        ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: select.number_text(value)))
-    if log_y:
+    if is_log(held.values) if log is None else "y" in log:
         ax.set_yscale("log")
-        _number(ax.yaxis, held.values)
 
 
 def _share_heights(axes: NDArray[Any], held: Cut) -> None:
@@ -196,16 +186,3 @@ def _share_heights(axes: NDArray[Any], held: Cut) -> None:
     limits = np.array([ax.get_ylim() for ax in shown])
     for ax in axes:
         ax.set_ylim(limits[:, 0].min(), limits[:, 1].max())
-
-
-def _number(axis: Any, values: Floats) -> None:
-    """Number a logarithmic axis so that labels neither lack nor overlap."""
-    from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
-
-    known = values[np.isfinite(values) & (values > 0.0)]
-    if not known.size:
-        return
-    if np.log10(known.max() / known.min()) < _DECADES:
-        axis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
-        axis.set_major_formatter(LogFormatterSciNotation(minor_thresholds=(np.inf, np.inf)))
-    axis.set_minor_formatter(NullFormatter())

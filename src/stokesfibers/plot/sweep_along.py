@@ -55,7 +55,7 @@ class Along:
         """The values as they are written: as short as tells them apart."""
         if self.numbers is None:
             return _kinds([str(value) for value in self.values])
-        write = _power if is_log(self.numbers) else _plain
+        write = power_text if self.is_log else _plain
         few = [write(float(v), _FEW_DIGITS) for v in self.values]
         apart = len(set(few)) == len(set(self.values))
         return few if apart else [write(float(v), _MANY_DIGITS) for v in self.values]
@@ -96,7 +96,7 @@ def _plain(value: float, digits: int) -> str:
     return select.number_text(float(f"{value:.{digits}g}")) if np.isfinite(value) else "none"
 
 
-def _power(value: float, digits: int) -> str:
+def power_text(value: float, digits: int) -> str:
     """Return a number as a formula with a power of ten."""
     if not np.isfinite(value):
         return "none"
@@ -106,13 +106,15 @@ def _power(value: float, digits: int) -> str:
     return f"${factor}10^{{{int(power)}}}$"
 
 
-def along(data: xr.Dataset, dim: str) -> Along:
-    """Return a direction of the figure; its coordinate may have another name than `dim`."""
+def along(data: xr.Dataset, dim: str, name: str | None = None) -> Along:
+    """Return a direction of the figure; its coordinate may have another name than `dim`.
+
+    Where several run along it, `name` is taken, or one that tells all cases apart.
+    """
     labels = [c for c in data.coords.values() if c.dims == (dim,)]
     numeric = [c for c in labels if np.issubdtype(c.dtype, np.number)]
-    # of parameters that are walked together one that tells all cases apart
     apart = [c for c in numeric if len(np.unique(c)) == c.size]
-    named = [c for c in labels if c.name == dim]
+    named = [c for c in labels if c.name == (name or dim)]
     held = (named or apart or numeric or labels or [data[dim]])[0]
     symbol = f"${held.attrs['symbol']}$" if held.attrs.get("symbol") else str(held.name)
     return Along(dim, tuple(held.to_numpy().tolist()), symbol, label_of(held, str(held.name)))

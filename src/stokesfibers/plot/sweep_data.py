@@ -69,7 +69,7 @@ def cut(
     below = None if per is None else divisor(data, per, swept)
     data, held = stay(data, swept, at or {})
     swept = [d for d in swept if d in data.dims]
-    x = None if x is None else dimension(data, x, [*swept, *SERIES], "x")
+    along_x, x = x, None if x is None else dimension(data, x, [*swept, *SERIES], "x")
     taken = _taken(data, name, below)
     series = [d for d in SERIES if d in taken.found.dims]
     time = data["time"] if series else None
@@ -79,14 +79,14 @@ def cut(
         swept.remove(_SEED)
     axis = _axis(data, swept, x, series)
     found, order = taken.found, _order(taken.found, swept, axis)
-    places = time if time is not None else _places(data, axis)
+    places = time if time is not None else _places(data, axis, along_x)
     values, doubtful = _grid(found, found, order), _grid(taken.doubt, found, order).astype(bool)
     if not np.isfinite(values).any():
         raise InputError("name", "a variable with a known value", f"{name}, of which none is known")
     panels, lines = (None if dim is None else along(data, dim) for dim in order[:2])
     return Cut(
         label=label_of(found, name),
-        x=_time_axis(time) if time is not None else along(data, axis),
+        x=_time_axis(time) if time is not None else along(data, axis, along_x),
         lines=lines,
         panels=panels,
         places=_grid(places, found, order),
@@ -106,11 +106,7 @@ def _notes(data: xr.Dataset, name: str, values: Floats, doubtful: NDArray[Any]) 
     if odd.any():
         drawn = "dashed" if known is not None else "hollow"
         count = f"{odd.sum()} of {shown.sum()} results drawn"
-        yield f"{count} cannot be trusted, or lack a seed; they are {drawn}"
-    settled = data.get(f"{name}_settled")
-    if settled is not None and bool((settled == 0.0).any()):
-        count = int((settled == 0.0).sum())
-        yield f"{count} of {int(settled.notnull().sum())} means have not settled: run longer"
+        yield f"{count} cannot be trusted, lack a seed or have not settled; they are {drawn}"
 
 
 def _is_series(held: xr.DataArray) -> bool:
@@ -149,6 +145,10 @@ def _taken(data: xr.Dataset, name: str, divisor: xr.DataArray | None) -> _Taken:
     """Return the variable, the mean over fibers if there are, over the divisor if there is one."""
     found, doubt = data[name], (data["doubt"] != "") & (data["status"] == "done")
     error = data.get(f"{name}_error") if name.endswith("_mean") else None
+    settled = data.get(f"{name}_settled")
+    if settled is not None:
+        unsettled = settled == 0.0
+        doubt = doubt | (unsettled.any("fiber") if "fiber" in unsettled.dims else unsettled)
     if divisor is not None:
         attrs = dict(found.attrs)
         below = divisor.attrs.get("symbol", rf"\mathrm{{{divisor.name}}}".replace("_", " "))
@@ -169,11 +169,11 @@ def _time_axis(time: xr.DataArray) -> Along:
     return Along(str(time.dims[-1]), tuple(time.to_numpy().ravel()), "$t$", label_of(time, "time"))
 
 
-def _places(data: xr.Dataset, dim: str) -> xr.DataArray:
+def _places(data: xr.Dataset, dim: str, name: str | None) -> xr.DataArray:
     """Return where values lie along a swept dimension: at its numbers, or one after another."""
     import xarray as xr
 
-    numbers = along(data, dim).numbers
+    numbers = along(data, dim, name).numbers
     return xr.DataArray(
         np.arange(data.sizes[dim], dtype=float) if numbers is None else numbers, dims=dim
     )

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from stokesfibers.core import checks
+from stokesfibers.core.arrays import Array
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import Table, build, did_you_mean
 from stokesfibers.core.variables import lookup, registered
@@ -23,6 +24,8 @@ from stokesfibers.problem.problem import Problem
 from stokesfibers.run.moment import surroundings
 
 _LEAST_RECORDS = 4
+_SETTLED = "whether the mean has settled: 1 yes, 0 no, the error is too small"
+_AVERAGED = (("time",), ("time", "fiber"))  # what has a mean over time: numbers, of fibers too
 _ROUNDING = 1e-6  # of an interval or a period
 _LISTS = ("series", "final", "largest", "smallest", "mean")
 
@@ -40,7 +43,7 @@ class Collect:
     largest, smallest
         Over time, with the time where it is; of each fiber or component by itself.
     mean
-        Time averages with their standard error by blocks; scalars only.
+        Time averages with their standard error by blocks, of each fiber by itself; numbers only.
     after
         Largest, smallest and mean count from this time on.
     block
@@ -65,9 +68,9 @@ class Collect:
                 if name not in known:
                     hint = did_you_mean(str(name), known)
                     raise InputError(key, f"names among {', '.join(known)}", repr(name), hint)
-                if key == "mean" and known[name].dims != ("time",):
-                    scalars = [n for n, v in known.items() if v.dims == ("time",)]
-                    raise InputError(key, f"scalars: {', '.join(scalars)}", repr(name))
+                if key == "mean" and known[name].dims not in _AVERAGED:
+                    those = [n for n, v in known.items() if v.dims in _AVERAGED]
+                    raise InputError(key, f"numbers: {', '.join(those)}", repr(name))
             object.__setattr__(self, key, tuple(dict.fromkeys(names)))
         checks.non_negative("after", self.after)
         if self.block is not None:
@@ -204,20 +207,31 @@ def _extreme(values: xr.DataArray, key: str) -> dict[str, xr.DataArray]:
 def _mean(
     values: xr.DataArray, block: float | None, period: float | None
 ) -> dict[str, xr.DataArray]:
-    name = str(values.name)
-    try:
-        time = values["time"].to_numpy()
-        average = block_average(time, values.to_numpy(), block=block, period=period)
-        mean, error, settled = average.mean, average.error, float(average.settled)
-    except InputError:  # values that are not finite, or a run that a condition ended early
-        mean = error = settled = np.nan
-    said = {"long_name": "whether the mean has settled: 1 yes, 0 no, the error is too small"}
+    name, time = str(values.name), values["time"].to_numpy()
     plain = values.isel(time=0, drop=True)
+    columns = values.transpose("time", ...).to_numpy().reshape(len(time), -1).T
+    found = [_average(time, column, block, period) for column in columns]
+    mean, error, settled = (
+        xr.full_like(plain, np.nan, dtype=float).copy(data=np.reshape(part, plain.shape))
+        for part in zip(*found, strict=True)
+    )
+    settled.attrs = {"long_name": _SETTLED}
     return {
-        f"{name}_mean": _said(xr.full_like(plain, mean), "mean over time"),
-        f"{name}_mean_error": _said(xr.full_like(plain, error), "standard error of the mean"),
-        f"{name}_mean_settled": xr.DataArray(settled, attrs=said),
+        f"{name}_mean": _said(mean, "mean over time"),
+        f"{name}_mean_error": _said(error, "standard error of the mean"),
+        f"{name}_mean_settled": settled,
     }
+
+
+def _average(
+    time: Array, values: Array, block: float | None, period: float | None
+) -> tuple[float, float, float]:
+    """Return mean, error and whether it has settled; NaN where there is no mean."""
+    try:
+        found = block_average(time, values, block=block, period=period)
+    except InputError:  # values that are not finite, or a run that a condition ended early
+        return np.nan, np.nan, np.nan
+    return found.mean, found.error, float(found.settled)
 
 
 def _said(values: xr.DataArray, how: str) -> xr.DataArray:

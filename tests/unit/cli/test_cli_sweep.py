@@ -222,6 +222,9 @@ def test_means_over_part_of_a_period_are_refused(file, invoke):
     text = text.replace("positions_every = 0.25", "positions_every = 0.05")
     file.write_text(text.replace("frequency = 4.0", "frequency = 7.0"))
     assert "at least four whole periods of the flow, 0.142857" in invoke("sweep", file).stderr
+    file.write_text(text.replace("frequency = 4.0", "frequency = 12.5") + "block = 0.1225\n")
+    said = invoke("sweep", file).stderr
+    assert "four whole periods of the flow, 0.08 each in blocks of 0.16, got 0.5" in said
     file.write_text(text.replace("frequency = 4.0", "frequency = 30.0"))
     said = invoke("sweep", file).stderr
     assert "at least 8 records in each period of the flow, 0.0333333, got one each 0.005" in said
@@ -320,3 +323,35 @@ def test_a_dataset_of_an_earlier_sweep_is_not_drawn(file, invoke):
     assert _dataset(Path("twofold")).sizes["mu_bar"] == 3
     assert invoke("sweep", "collect", "twofold").exit_code == 0
     assert _dataset(Path("twofold")).sizes["mu_bar"] == 3
+
+
+def test_means_of_each_fiber_are_those_of_its_values(tmp_path, monkeypatch, invoke):
+    monkeypatch.chdir(tmp_path)
+    lattice = 'initial = {kind = "lattice", cells = [2, 1, 1], box = [4, 4, 4]}'
+    text = SWEEP.replace(
+        'initial = {kind = "nearly_straight", angle = 2.0, amplitude = 0.1}', lattice
+    )
+    text = text.replace("fiber.slenderness = 1e-2", "fiber = {slenderness = 1e-2, count = 2}")
+    text = text.replace("positions_every = 0.25", "positions_every = 0.1")
+    Path("two.toml").write_text(text + 'mean = ["largest_tension", "shear_stress"]\n')
+    result = invoke("sweep", "two.toml", "--workers", 1)
+    assert result.exit_code == 0, result.output
+    data = xr.open_zarr("two/sweep.zarr")
+    assert data["largest_tension_mean"].dims == ("mu_bar", "fiber")
+    assert data["largest_tension_mean_settled"].attrs["long_name"].startswith("whether the mean")
+    run = xr.open_datatree(f"two/{data['run'].values[1]}", engine="zarr")
+    tension = run["observables"]["largest_tension"]
+    for k in range(2):
+        mean = float(tension.isel(fiber=k).mean())
+        assert float(data["largest_tension_mean"][1, k]) == pytest.approx(mean, rel=1e-12)
+    count = int((data["largest_tension_mean_settled"] == 0).sum())
+    count += int((data["shear_stress_mean_settled"] == 0).sum())
+    told = f"{count} of 6 means over time have not settled: run longer."
+    assert (told in result.stderr) is bool(count)
+    assert "numbers: elastic_energy" in invoke("sweep", _with(text, "centre"), "--dry-run").stderr
+
+
+def _with(text: str, name: str) -> Path:
+    path = Path("other.toml")
+    path.write_text(text + f'mean = ["{name}"]\n')
+    return path

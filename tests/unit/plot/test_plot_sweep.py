@@ -11,6 +11,7 @@ from stokesfibers.plot import save, sweep
 from stokesfibers.plot.sweep_along import Along
 from stokesfibers.plot.sweep_data import cut
 from stokesfibers.plot.sweep_select import drawable
+from stokesfibers.plot.ticks import log_ticks
 from support import assert_close
 
 MU = np.array([1e3, 1e4, 1e5, 1e6])
@@ -241,7 +242,9 @@ def test_parameters_walked_together_are_drawn_along_one_that_tells_cases_apart()
     )
     found = cut(data, None, x=None, at={})
     assert (found.x.symbol, found.x.values) == ("b", (4.0, 3.0, 2.0, 1.0))
-    assert cut(data, None, x="b", at={}).x.name == "ab"
+    found = cut(data, None, x="a", at={})
+    assert (found.x.name, found.x.symbol, found.x.values) == ("ab", "a", (1.0, 1.0, 2.0, 2.0))
+    assert_close(found.places[0, 0], [1.0, 1.0, 2.0, 2.0], rtol=1e-15)
     with pytest.raises(InputError, match="a single case"):
         sweep(data, at={"b": 2.2})
 
@@ -283,19 +286,19 @@ def test_a_mean_that_lacks_a_seed_is_marked_and_said():
     found = cut(data, "stress_mean")
     assert found.doubtful[0, 0].tolist() == [False, False, False, True]
     assert found.notes == (
-        "1 of 4 results drawn cannot be trusted, or lack a seed; they are hollow",
+        "1 of 4 results drawn cannot be trusted, lack a seed or have not settled; they are hollow",
     )
     (ax,) = sweep(data, "stress_mean")
     assert ax.get_lines()[-1].get_xdata().tolist() == [1e6]
     data["stress_mean_settled"][0, 0] = 0.0
-    assert cut(data, "stress_mean").notes[-1] == "1 of 12 means have not settled: run longer"
+    assert cut(data, "stress_mean").doubtful[0, 0].tolist() == [True, False, False, True]
 
 
 def test_doubtful_series_are_dashed():
     data = swept().isel(slenderness=0, drop=True)
     found = cut(data, "stress")
     assert found.notes == (
-        "1 of 4 results drawn cannot be trusted, or lack a seed; they are dashed",
+        "1 of 4 results drawn cannot be trusted, lack a seed or have not settled; they are dashed",
     )
     (ax,) = sweep(data, "stress")
     assert [line.get_linestyle() for line in ax.get_lines()] == ["-", "-", "--", "-"]
@@ -317,6 +320,9 @@ def test_what_stays_is_named_and_what_divides_is_in_the_label():
     found = cut(data, "energy_largest", per="mu_bar", at={"slenderness": 1e-2})
     assert_close(found.values[0, 0], np.full(4, 1e-2), rtol=1e-12)
     assert found.label.startswith(r"elastic energy $E / \bar\mu$ [force length]")
+    found = cut(data, "stress_mean", per="mu_bar", at={"slenderness": 1e-2})
+    assert found.errors is not None
+    assert_close(found.errors[0, 0], np.full(4, 1e-3), rtol=1e-12)
     axes = sweep(data, "stress", at={"slenderness": 1e-3, "mu_bar": 1e5})
     assert axes[0].get_title(loc="left") == r"slenderness = 0.001, $\bar\mu$ = $10^{5}$"
     with pytest.raises(InputError, match="per: expected a swept parameter"):
@@ -326,7 +332,11 @@ def test_what_stays_is_named_and_what_divides_is_in_the_label():
 @pytest.mark.parametrize(
     ("values", "is_log", "texts"),
     [
-        ((2e4, 58480.4, 170998.0, 5e5), True, ["20000", "58500", "171000", "500000"]),
+        (
+            (2e4, 58480.4, 170998.0, 5e5),
+            True,
+            [r"$2\times10^{4}$", r"$5.85\times10^{4}$", r"$1.71\times10^{5}$", r"$5\times10^{5}$"],
+        ),
         ((1.0, 2.0, 3.0, 4.0, 5.0), False, ["1", "2", "3", "4", "5"]),
         ((1.0001, 1.0002), False, ["1.0001", "1.0002"]),
         ((1.0, 40.0), True, ["$10^{0}$", r"$4\times10^{1}$"]),
@@ -353,3 +363,30 @@ def test_scales_can_be_chosen_and_long_names_stand_above():
     ax.figure.draw_without_rendering()
     assert ax.get_legend().get_window_extent().y0 > ax.get_window_extent().y1
     assert ax.get_window_extent().width > 0.6 * ax.figure.bbox.width
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "ticks"),
+    [
+        (1e-8, 1e2, [1e-8, 1e-6, 1e-4, 1e-2, 1e0, 1e2]),
+        (1.5e3, 2e5, [3e3, 1e4, 3e4, 1e5]),
+        (1.8e5, 9e5, [2e5, 3e5, 5e5, 7e5]),
+        (0.028, 0.11, [0.03, 0.05, 0.07, 0.1]),
+        (0.9e3, 1.1e6, [1e3, 1e4, 1e5, 1e6]),
+        (6.1e5, 7.9e5, [6.5e5, 7e5, 7.5e5]),
+    ],
+)
+def test_log_axes_have_three_to_six_numbers(low, high, ticks):
+    assert_close(log_ticks(low, high), ticks, rtol=1e-9)
+
+
+def test_numbers_of_a_log_axis_do_not_overlap():
+    data = swept().isel(seed=0, drop=True).assign_coords(mu_bar=[2e5, 4e5, 6e5, 8e5])
+    (ax,) = sweep(data, "energy_largest", x="mu_bar", log="xy")
+    ax.figure.draw_without_rendering()
+    for axis, side in ((ax.xaxis, "x"), (ax.yaxis, "y")):
+        boxes = [label.get_window_extent() for label in axis.get_ticklabels() if label.get_text()]
+        low, high = (np.array([getattr(b, f"{side}{k}") for b in boxes]) for k in (0, 1))
+        assert len(boxes) >= 3
+        assert np.all(np.sort(low)[1:] > np.sort(high)[:-1])
+        assert not any(text.get_text() for text in axis.get_ticklabels(minor=True))

@@ -190,7 +190,7 @@ def test_paths_in_a_file_start_from_it(tmp_path):
         ({"collect": {"finally": []}}, "collect.finally", "Did you mean 'final'?"),
         ({"collect": {"final": ["energy"]}}, "collect.final", "elastic_energy"),
         ({"collect": {"final": "shear_stress"}}, "collect.final", "a list of names"),
-        ({"collect": {"mean": ["elastic_energy"]}}, "collect.mean", "scalars"),
+        ({"collect": {"mean": ["centre"]}}, "collect.mean", "numbers: elastic_energy"),
         ({"collect": {"final": ["strain"]}}, "collect", "that this case records"),
         ({"collect": {"mean": ["shear_stress"], "after": 0.9}}, "collect.mean", "2 records"),
         ({"collect": {"mean": ["shear_stress"], "block": 0.3}}, "collect.mean", "four blocks"),

@@ -1,0 +1,68 @@
+"""Numbers along axes that neither lack nor overlap, on a log axis of less than a decade too."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stokesfibers.plot import select
+from stokesfibers.plot.sweep_along import power_text
+
+_STEPS = ((1.0,), (1.0, 3.0), (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
+_LEAST, _MOST = 3, 6  # numbers on an axis
+_DIGITS = 4
+_PLAIN = (1e-3, 1e4)  # between these numbers of a logarithmic axis are written out
+
+
+def number_axes(axes: NDArray[Any], *, plain_x: bool) -> None:
+    """Number the axes of each panel for the limits they have now.
+
+    Parameters
+    ----------
+    axes
+        Panels.
+    plain_x
+        Whether a linear horizontal axis is of numbers, which are then written out.
+    """
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+    for ax in axes:
+        if plain_x and ax.get_xscale() == "linear":
+            ax.xaxis.set_major_locator(MaxNLocator(_MOST - 1))
+            ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: select.number_text(value)))
+        for axis in (ax.xaxis, ax.yaxis):
+            if axis.get_scale() == "log":
+                _number_log(axis)
+
+
+def log_ticks(low: float, high: float) -> list[float]:
+    """Return three to six round numbers between two positive ones, spread as on a log scale."""
+    first, last = int(np.floor(np.log10(low))), int(np.ceil(np.log10(high)))
+    for steps in _STEPS:
+        stride = max(1, -(-(last - first) // (_MOST - 1)))
+        powers = range(first, last + 1, stride if len(steps) == 1 else 1)
+        found = [step * 10.0**power for power in powers for step in steps]
+        found = [v for v in found if low * (1.0 - 1e-9) <= v <= high * (1.0 + 1e-9)]
+        if len(found) >= _LEAST:
+            return found
+    from matplotlib.ticker import MaxNLocator
+
+    return [v for v in MaxNLocator(_MOST - 2).tick_values(low, high) if low <= v <= high]
+
+
+def _number_log(axis: Any) -> None:
+    from matplotlib.ticker import FixedFormatter, FixedLocator, NullFormatter
+
+    ticks = log_ticks(*sorted(axis.get_view_interval()))
+    axis.set_major_locator(FixedLocator(ticks))
+    axis.set_major_formatter(FixedFormatter([_text(tick, ticks) for tick in ticks]))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _text(tick: float, ticks: list[float]) -> str:
+    """Return a number as it is, or as a power of ten if some are very small or large."""
+    if _PLAIN[0] <= min(ticks) and max(ticks) < _PLAIN[1]:
+        return f"{tick:.6g}"
+    return power_text(tick, _DIGITS)
