@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -109,7 +110,9 @@ def _legend(axes: NDArray[Any], lines: Along | None) -> None:
     """Say which line is which: beside the last panel, or above the first if it takes much room."""
     if lines is None:
         return
-    options: dict[str, Any] = {"title": lines.label, "alignment": "left"}
+    printed = re.sub(r"\\[a-zA-Z]+|[{}_^$]", "", max(lines.label.split("\n"), key=len))
+    title = lines.label if len(printed) <= _LONG else lines.symbol
+    options: dict[str, Any] = {"title": title, "alignment": "left"}
     if max(map(len, lines.texts)) <= _LONG:
         axes[-1].legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), **options)
     else:

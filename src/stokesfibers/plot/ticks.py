@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from stokesfibers.plot import select
 from stokesfibers.plot.sweep_along import power_text
 
-_STEPS = ((1.0,), (1.0, 3.0), (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
+_STEPS = ((1.0, 3.0), (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
 _LEAST, _MOST = 3, 6  # numbers on an axis
 _DIGITS = 4
+_ROUNDING = 1.0 + 1e-9
+_GAP = {"x": 0.24, "y": 0.1}  # numbers are broader than high
 _PLAIN = (1e-3, 1e4)  # between these numbers of a logarithmic axis are written out
 
 
@@ -37,25 +39,38 @@ def number_axes(axes: NDArray[Any], *, plain_x: bool) -> None:
                 _number_log(axis)
 
 
-def log_ticks(low: float, high: float) -> list[float]:
-    """Return three to six round numbers between two positive ones, spread as on a log scale."""
-    first, last = int(np.floor(np.log10(low))), int(np.ceil(np.log10(high)))
+def log_ticks(low: float, high: float, gap: float = 0.1) -> list[float]:
+    """Return some round numbers between two positive ones, spread as on a log scale.
+
+    Parameters
+    ----------
+    low, high
+        Ends of the axis.
+    gap
+        Least distance of two numbers, over the length of the axis.
+    """
+    span = np.log10(high / low)
+    powers = np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1.0)
+    decades = [v for v in 10.0**powers if low <= v * _ROUNDING and v <= high * _ROUNDING]
+    if len(decades) >= _LEAST:
+        return decades[:: -(-len(decades) // _MOST)]
     for steps in _STEPS:
-        stride = max(1, -(-(last - first) // (_MOST - 1)))
-        powers = range(first, last + 1, stride if len(steps) == 1 else 1)
-        found = [step * 10.0**power for power in powers for step in steps]
-        found = [v for v in found if low * (1.0 - 1e-9) <= v <= high * (1.0 + 1e-9)]
+        found: list[float] = []
+        for tick in (step * 10.0**power for power in powers for step in steps):
+            inside = low <= tick * _ROUNDING and tick <= high * _ROUNDING
+            if inside and (not found or np.log10(tick / found[-1]) >= gap * span):
+                found.append(float(tick))
         if len(found) >= _LEAST:
             return found
     from matplotlib.ticker import MaxNLocator
 
-    return [v for v in MaxNLocator(_MOST - 2).tick_values(low, high) if low <= v <= high]
+    return [v for v in MaxNLocator(_LEAST).tick_values(low, high) if low <= v <= high]
 
 
 def _number_log(axis: Any) -> None:
     from matplotlib.ticker import FixedFormatter, FixedLocator, NullFormatter
 
-    ticks = log_ticks(*sorted(axis.get_view_interval()))
+    ticks = log_ticks(*sorted(axis.get_view_interval()), gap=_GAP[axis.axis_name])
     axis.set_major_locator(FixedLocator(ticks))
     axis.set_major_formatter(FixedFormatter([_text(tick, ticks) for tick in ticks]))
     axis.set_minor_formatter(NullFormatter())

@@ -369,15 +369,18 @@ def test_scales_can_be_chosen_and_long_names_stand_above():
     ("low", "high", "ticks"),
     [
         (1e-8, 1e2, [1e-8, 1e-6, 1e-4, 1e-2, 1e0, 1e2]),
+        (5e-9, 3e2, [1e-8, 1e-6, 1e-4, 1e-2, 1e0, 1e2]),
         (1.5e3, 2e5, [3e3, 1e4, 3e4, 1e5]),
         (1.8e5, 9e5, [2e5, 3e5, 5e5, 7e5]),
         (0.028, 0.11, [0.03, 0.05, 0.07, 0.1]),
         (0.9e3, 1.1e6, [1e3, 1e4, 1e5, 1e6]),
-        (6.1e5, 7.9e5, [6.5e5, 7e5, 7.5e5]),
+        (6.1e5, 7.9e5, [6.6e5, 7.2e5, 7.8e5]),
     ],
 )
 def test_log_axes_have_three_to_six_numbers(low, high, ticks):
     assert_close(log_ticks(low, high), ticks, rtol=1e-9)
+    wide = np.log10(log_ticks(low, high, gap=0.24))
+    assert np.diff(wide).min() >= 0.16 * np.log10(high / low)
 
 
 def test_numbers_of_a_log_axis_do_not_overlap():
