@@ -66,7 +66,7 @@ def plot_sweep(
     dashed. While the sweep runs, what is there is drawn. A figure that is there already is
     replaced.
 
-    NAME is a variable of the dataset, such as elastic_energy_largest; without it the first of
+    NAME is a variable of the dataset, such as elastic_energy_largest; without it one of
     [collect] is drawn, and the others are named.
     """
     from stokesfibers.plot import DARK, LIGHT, on, save, sweep

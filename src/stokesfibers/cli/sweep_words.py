@@ -187,9 +187,8 @@ def _list(title: str, colour: str, rows: Iterable[tuple[str, str]], *, err: bool
 
 def say_doubts(doubtful: int, folder: Path) -> None:
     """Print that some results cannot be trusted, and where it stands why."""
-    click.secho("warning: ", fg="yellow", bold=True, nl=False, err=True)
     where = f"'stokesfibers sweep status {folder}' says why"
-    click.echo(f"{plural(doubtful, 'result')} cannot be trusted; {where}.", err=True)
+    warn(f"{plural(doubtful, 'result')} cannot be trusted; {where}.")
 
 
 def say_unsettled(data: xr.Dataset) -> None:

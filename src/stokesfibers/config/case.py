@@ -51,8 +51,8 @@ _SLIPS = (
     ),
     (re.compile(_KEY + r"[a-zA-Z]"), lambda _: "Text is in quotes."),
 )
-_TWICE = re.compile(r"overwrite|[Dd]uplicate|twice")
 """What lines that are no TOML often have, and what to say of it."""
+_TWICE = re.compile(r"overwrite|[Dd]uplicate|twice")
 
 
 @dataclass(frozen=True)

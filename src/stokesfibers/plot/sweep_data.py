@@ -100,7 +100,7 @@ def cut(
 
 
 def _notes(data: xr.Dataset, name: str, values: Floats, doubtful: NDArray[Any]) -> Iterator[str]:
-    known = np.isfinite(values).any(axis=-1) if name in data and _is_series(data[name]) else None
+    known = np.isfinite(values).any(axis=-1) if _is_series(data[name]) else None
     shown = np.isfinite(values) if known is None else known
     odd = shown & (doubtful if known is None else doubtful.any(axis=-1))
     if odd.any():
@@ -141,7 +141,7 @@ class _Taken:
         return _Taken(mean, error, doubt.any(dim) if dim in doubt.dims else doubt)
 
 
-def _taken(data: xr.Dataset, name: str, divisor: xr.DataArray | None) -> _Taken:
+def _taken(data: xr.Dataset, name: str, over: xr.DataArray | None) -> _Taken:
     """Return the variable, the mean over fibers if there are, over the divisor if there is one."""
     found, doubt = data[name], (data["doubt"] != "") & (data["status"] == "done")
     error = data.get(f"{name}_error") if name.endswith("_mean") else None
@@ -149,20 +149,16 @@ def _taken(data: xr.Dataset, name: str, divisor: xr.DataArray | None) -> _Taken:
     if settled is not None:
         unsettled = settled == 0.0
         doubt = doubt | (unsettled.any("fiber") if "fiber" in unsettled.dims else unsettled)
-    if divisor is not None:
+    if over is not None:
         attrs = dict(found.attrs)
-        below = divisor.attrs.get("symbol", rf"\mathrm{{{divisor.name}}}".replace("_", " "))
+        below = over.attrs.get("symbol", rf"\mathrm{{{over.name}}}".replace("_", " "))
         if attrs.get("symbol"):
             attrs["symbol"] = f"{attrs['symbol']} / {below}"
         else:
-            attrs["long_name"] = f"{attrs.get('long_name', name)} / {divisor.name}"
-        found = (found / divisor).assign_attrs(attrs).rename(name)
-        error = None if error is None else error / abs(divisor)
-    return (
-        _Taken(found, error, doubt).over("fiber")
-        if "fiber" in found.dims
-        else _Taken(found, error, doubt)
-    )
+            attrs["long_name"] = f"{attrs.get('long_name', name)} / {over.name}"
+        found = (found / over).assign_attrs(attrs).rename(name)
+        error = None if error is None else error / abs(over)
+    return _Taken(found, error, doubt).over("fiber")
 
 
 def _time_axis(time: xr.DataArray) -> Along:
