@@ -58,6 +58,8 @@ def check(*, case: Path, settings: tuple[str, ...], allow_python: bool) -> None:
 
 
 def _case_rows(case: Case) -> Iterator[Row]:
+    from stokesfibers.fiber.initial import NearlyStraight
+
     tables = case.tables()
     for fiber in tables["fiber"]:
         count = int(fiber.get("count", 1))
@@ -71,7 +73,8 @@ def _case_rows(case: Case) -> Iterator[Row]:
     yield "model", f"{model['mobility']}; regularization {_pairs(model.get('regularization', {}))}"
     yield "initial", _pairs(tables["initial"])
     if amplitude := tables["initial"].get("amplitude"):
-        yield "", f"bent by {abs(amplitude) / 256.0:.2g} of the length"
+        share = case.initial.across if isinstance(case.initial, NearlyStraight) else 1.0
+        yield "", f"bent by {share * abs(amplitude) / 256.0:.2g} of the length"
     steps = {k: v for k, v in tables["stepping"].items() if k != "until"}
     tension = tables["constraint"] if case.problem.engine.kind == "paper" else {}
     engine = {**tables["discretization"], **steps, **tension}

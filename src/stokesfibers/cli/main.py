@@ -11,6 +11,7 @@ from stokesfibers.cli.cite import cite
 from stokesfibers.cli.doctor import doctor
 from stokesfibers.cli.export import export
 from stokesfibers.cli.failure import INTERRUPTED, complain
+from stokesfibers.cli.keys import keys
 from stokesfibers.cli.movie import movie
 from stokesfibers.cli.new import new
 from stokesfibers.cli.plot import plot
@@ -28,6 +29,7 @@ from stokesfibers.core.version import __version__
 
 _ORDER = (
     new,
+    keys,
     run,
     resume,
     check,

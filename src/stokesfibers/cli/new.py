@@ -38,3 +38,4 @@ def new(*, name: str | None, out: Path | None) -> None:
         click.echo("The sweep varies yours.", err=True)
     command = "sweep" if name.startswith("sweeps/") else "run"
     click.echo(f"Next: stokesfibers {command} {made.written[0]}", err=True)
+    click.echo("What it may say: stokesfibers keys", err=True)

@@ -66,5 +66,5 @@ def _rows(ends: _Ends, cases: int, processes: int | None) -> Iterator[tuple[str,
         whole = sum(c.seconds for c in known) / len(known) * cases / processes
         store = sum(c.store_bytes for c in known) / len(known) * cases
         on = "one process" if processes == 1 else f"{processes} processes"
-        yield f"all {cases}, if alike", f"about {duration(whole)} on {on}, {size(store)}"
-        yield "", "and some seconds to start them"
+        yield f"all {cases}, if alike", f"about {duration(whole)} of steps on {on}, {size(store)}"
+        yield "", "and a few tenths of a second for each, to begin and to store"

@@ -37,6 +37,7 @@ _TYPED = {
 @click.option("--log", help="Logarithmic axes: x, y, xy or none; by default as values spread.")
 @click.option("--label", help="Text along the vertical axis; formulas in $...$ as in TeX.")
 @click.option("--xlabel", help="Text along the horizontal axis.")
+@click.option("--legend", help="Text above the legend.")
 @click.option(
     "--out",
     type=RUN,
@@ -55,6 +56,7 @@ def plot_sweep(
     log: str | None,
     label: str | None,
     xlabel: str | None,
+    legend: str | None,
     out: Path | None,
     dark: bool,
     dpi: int,
@@ -86,6 +88,8 @@ def plot_sweep(
             for ax in drawn:
                 ax.set_ylabel(label if label and ax.get_ylabel() else ax.get_ylabel())
                 ax.set_xlabel(xlabel or ax.get_xlabel())
+                if legend and ax.get_legend() is not None:
+                    ax.get_legend().set_title(legend)
             click.echo(save(drawn, target, dpi))
         for note in cut(data, chosen, **given).notes:
             warn(f"{note}.")

@@ -23,7 +23,7 @@ from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.fiber.suspension import Orientation
 from stokesfibers.flow import FLOWS, AbstractFlow, SumOfFlows, Uniform, UserFlow
 from stokesfibers.load import LOADS, UserLoad
-from stokesfibers.problem.engine import ENGINES
+from stokesfibers.problem.engine import ENGINES, SpectralEngine
 from stokesfibers.problem.problem import Problem
 from stokesfibers.run.events import StopWhen
 from stokesfibers.run.schedule import Schedule
@@ -37,13 +37,17 @@ Schema = dict[str, Any]
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _TYPES = {float: "number", int: "integer", str: "string", bool: "boolean"}
 _TEXT: Schema = {"type": "string"}
+_SUMS = (
+    "How images are summed: by default ewald with two or three periods, exact with one; with the "
+    "paper's engine images with one, and truncated only for two or three."
+)
 
 
 def case_schema() -> Schema:
     """Return the JSON Schema of a case file as JSON-ready values."""
     engine = {place: _engine_keys(place) for place in ("discretization", "stepping", "constraint")}
     fluid = _properties(Problem, ("mu_bar", "viscosity"))
-    fiber = {**_table(Fiber), "oneOf": _one_of("slenderness", "radius")}
+    fiber = {**record_schema(Fiber), "oneOf": _one_of("slenderness", "radius")}
     until = {"type": "number", "description": "Time to stop."}
     return {
         "$schema": _DIALECT,
@@ -52,8 +56,9 @@ def case_schema() -> Schema:
         **_object(
             {
                 "engine": {
-                    "enum": list(ENGINES),
-                    "description": " ".join(_summary(cls) for cls in ENGINES.values()),
+                    "enum": sorted(ENGINES, key=lambda kind: kind != SpectralEngine.kind),
+                    "default": SpectralEngine.kind,
+                    "description": " ".join(f"{k}: {_summary(c)}" for k, c in ENGINES.items()),
                 },
                 "fiber": {
                     "oneOf": [
@@ -72,8 +77,13 @@ def case_schema() -> Schema:
                 ),
                 "discretization": _object(engine["discretization"]),
                 "stepping": _object({**engine["stepping"], "until": until}, ["until"]),
-                "record": {**_table(Schedule), "required": []},
-                "stop": {"oneOf": [_table(StopWhen), {"type": "array", "items": _table(StopWhen)}]},
+                "record": {**record_schema(Schedule), "required": []},
+                "stop": {
+                    "oneOf": [
+                        record_schema(StopWhen),
+                        {"type": "array", "items": record_schema(StopWhen)},
+                    ]
+                },
             },
             ["fiber", "fluid", "stepping"],
         ),
@@ -169,9 +179,16 @@ def _model() -> Schema:
 def _domain() -> Schema:
     periodic = _kind(Periodic)
     periodic["properties"].update(_named("sum", IMAGE_SUMS))
+    of_sum = periodic["properties"]["sum"]
+    del of_sum["default"]  # it depends on the engine and the number of periodic directions
+    of_sum["description"] = _SUMS
     free, sheared = _kind(Free), _kind(Sheared)
     for table in (free, sheared):
         table["properties"].update(_named("sum", {FastImages.kind: FastImages}))
+    sheared["properties"]["sum"]["description"] = "A fast sum of all images, the only one here."
+    of_free = free["properties"]["sum"]
+    del of_free["default"]  # pairs are then summed one by one
+    of_free["description"] = "ewald: a fast sum; if left out, pairs are summed one by one."
     return {"oneOf": [free, periodic, sheared]}
 
 
@@ -185,14 +202,17 @@ def _named(key: str, kinds: Mapping[str, type]) -> dict[str, Schema]:
 
 def _kind(cls: type) -> Schema:
     """Return the schema of a table whose key ``kind`` names the record."""
-    schema = _table(cls)
+    schema = record_schema(cls)
     schema["properties"] = {"kind": {"const": cls.kind}, **schema["properties"]}  # type: ignore[attr-defined]
     schema["required"] = ["kind", *schema["required"]]
     return schema
 
 
-def _table(cls: type) -> Schema:
-    """Return the schema of a table whose keys are the fields of the record `cls`."""
+def record_schema(cls: type) -> Schema:
+    """Return the schema of a table whose keys are the fields of the record `cls`.
+
+    Meanings are those of the section Attributes of its docstring.
+    """
     needed = [f.name for f in _fields(cls) if _default(f) is MISSING]
     return {**_object(_properties(cls), needed), "description": _summary(cls)}
 
@@ -244,13 +264,15 @@ def _of_type(hint: Any) -> Schema:
     if get_origin(hint) is tuple:
         parts = get_args(hint)
         item = _of_type(parts[0])
+        if parts[-1] is Ellipsis:
+            return {"type": "array", "items": item}
         return {"type": "array", "items": item, "minItems": len(parts), "maxItems": len(parts)}
     return {"type": _TYPES[hint]}
 
 
 def _summary(cls: type) -> str:
     """Return the first line of a docstring."""
-    return inspect.cleandoc(cls.__doc__ or "").partition("\n")[0]
+    return _in_toml(inspect.cleandoc(cls.__doc__ or "").partition("\n")[0])
 
 
 def _meanings(cls: type) -> dict[str, str]:
@@ -261,5 +283,11 @@ def _meanings(cls: type) -> dict[str, str]:
     found: dict[str, str] = {}
     for names, meaning in re.findall(r"^(\w[\w, ]*)\n((?:[ \t]+.*\n?|\n)+)", section, re.M):
         for name in names.split(","):
-            found[name.strip()] = " ".join(meaning.split())
+            found[name.strip()] = _in_toml(" ".join(meaning.split()))
     return found
+
+
+def _in_toml(text: str) -> str:
+    """Return a meaning as it is said of a file, where a key that is None is left out."""
+    text = text.replace("``", "").replace("`", "'")
+    return text.replace("if None", "if left out").replace("None for", "default")

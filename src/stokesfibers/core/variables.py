@@ -10,6 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+NATURAL_UNITS = {"unit_of_length": "L", "unit_of_force": "E/L^2"}
+"""Attributes of a dataset all of whose cases have L = 1, E = 1 and mu_bar: what numbers are in."""
+
 Group = Literal["trajectory", "observables", "numerics", "checkpoint"]
 
 
@@ -132,6 +135,13 @@ _OBSERVABLES: tuple[tuple[str, tuple[str, ...], str, str, str], ...] = (
         "length",
         r"\mathbf{x}(L)-\mathbf{x}(0)",
         "end-to-end vector",
+    ),
+    (
+        "end_to_end_distance",
+        ("fiber",),
+        "length",
+        r"|\mathbf{x}(L)-\mathbf{x}(0)|",
+        "end-to-end distance",
     ),
     ("centre", ("fiber", "space"), "length", r"\bar{\mathbf{x}}", "centre of mass of a fiber"),
     ("largest_curvature", ("fiber",), "length^-1", r"\max\kappa", "largest curvature"),

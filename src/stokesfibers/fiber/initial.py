@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 from dataclasses import dataclass
+from math import cos
 from pathlib import Path
 from typing import ClassVar
 
@@ -34,7 +35,7 @@ class Straight(AbstractInitial):
     Attributes
     ----------
     angle
-        Angle to the x-axis, radians.
+        Angle to the x-axis in the xy-plane, radians.
     centre
         Mid-point, in units of length.
     """
@@ -58,9 +59,10 @@ class NearlyStraight(AbstractInitial):
     Attributes
     ----------
     angle
-        theta_0, angle to the x-axis, radians; default the paper's.
+        theta_0, angle to the x-axis in the xy-plane, radians; default the paper's.
     amplitude
-        d_y, in units of the fiber's length; the largest deflection is d_y / 256.
+        d_y, in units of the fiber's length. It bends along y, by d_y / 256 of the length at most:
+        20 is a bend of 0.08 L. Of that |cos(angle)| is across the fiber.
     centre
         Mid-point, in units of length.
     """
@@ -82,6 +84,11 @@ class NearlyStraight(AbstractInitial):
             )
             for f in fibers
         )
+
+    @property
+    def across(self) -> float:
+        """The share of the bend that is across the fiber; the rest is along it."""
+        return abs(cos(self.angle))
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,13 @@ class Isotropic(AbstractOrientation):
 
 @dataclass(frozen=True)
 class Aligned(AbstractOrientation):
-    """All along `axis`."""
+    """All along `axis`.
+
+    Attributes
+    ----------
+    axis
+        Their direction, of any length above zero.
+    """
 
     axis: Axis = (1.0, 0.0, 0.0)
     kind: ClassVar[str] = "aligned"
@@ -65,7 +71,13 @@ class Aligned(AbstractOrientation):
 
 @dataclass(frozen=True)
 class InPlane(AbstractOrientation):
-    """Uniform on the circle across `normal`."""
+    """Uniform on the circle across `normal`.
+
+    Attributes
+    ----------
+    normal
+        Normal of the plane that fibers lie in, of any length above zero.
+    """
 
     normal: Axis = (0.0, 0.0, 1.0)
     kind: ClassVar[str] = "in_plane"
@@ -82,7 +94,15 @@ class InPlane(AbstractOrientation):
 
 @dataclass(frozen=True)
 class VonMisesFisher(AbstractOrientation):
-    """Von Mises-Fisher distribution about `axis`; larger `concentration` is narrower."""
+    """Von Mises-Fisher distribution about `axis`.
+
+    Attributes
+    ----------
+    axis
+        Mean direction, of any length above zero.
+    concentration
+        kappa, above zero; a larger one is narrower.
+    """
 
     axis: Axis = (1.0, 0.0, 0.0)
     concentration: float = 10.0

@@ -57,7 +57,8 @@ class OscillatoryShear(AbstractFlow):
     amplitude
         Largest shear rate [1/time], any sign.
     frequency
-        Cycles per time [1/time], above zero; not an angular frequency. To be given by name.
+        Cycles per time [1/time], above zero; not an angular frequency. In Python
+        it is given by name.
     """
 
     kind: ClassVar[str] = "oscillatory_shear"

@@ -15,7 +15,7 @@ from stokesfibers.flow.base import AbstractFlow, as_points
 @final
 @dataclass(frozen=True)
 class Uniform(AbstractFlow):
-    """The same velocity at all points and times, U = stream_velocity.
+    """The same velocity at all points and times, U.
 
     Attributes
     ----------

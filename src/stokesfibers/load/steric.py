@@ -24,7 +24,7 @@ from stokesfibers.load.base import AbstractLoad, LoadedState
 
 @dataclass(frozen=True)
 class StericRepulsion(AbstractLoad):
-    """The repulsion above.
+    """Short-range repulsion between fibers.
 
     Attributes
     ----------

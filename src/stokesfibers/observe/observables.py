@@ -132,6 +132,12 @@ def end_to_end(snapshot: Snapshot) -> Array:
     return snapshot.x[:, :, -1] - snapshot.x[:, :, 0]
 
 
+def end_to_end_distance(snapshot: Snapshot) -> Array:
+    """Return |x(L) - x(0)| of each fiber, (fiber,)."""
+    ends = end_to_end(snapshot)
+    return np.sqrt(np.sum(ends**2, axis=1))
+
+
 def centre(snapshot: Snapshot) -> Array:
     """Return the mean position along each fiber, (fiber, 3)."""
     return snapshot.integrate(snapshot.x) / snapshot.lengths[:, None]
@@ -141,7 +147,7 @@ def centre(snapshot: Snapshot) -> Array:
 def orientation_tensor(snapshot: Snapshot) -> Array:
     """Return the mean over fibers of p p, p the unit end-to-end vector, (3, 3)."""
     ends = end_to_end(snapshot)
-    size = np.sqrt(np.sum(ends**2, axis=1, keepdims=True))
+    size = end_to_end_distance(snapshot)[:, None]
     unit = ends / np.where(size > 0.0, size, 1.0)
     return unit.T @ unit / len(unit)
 
@@ -197,6 +203,7 @@ OBSERVABLES: dict[str, Callable[[Snapshot], Array]] = {
         order_parameter,
         length_error,
         end_to_end,
+        end_to_end_distance,
         centre,
         largest_curvature,
         largest_tension,
@@ -225,6 +232,17 @@ IN_A_CELL: dict[str, Callable[[Snapshot], Array]] = {"particle_stress": particle
 
 IN_A_SLIDING_CELL: dict[str, Callable[[Snapshot], Array]] = {"strain": strain}
 """What only makes sense where images slide over each other."""
+
+
+WHERE: dict[str, dict[str, Callable[[Snapshot], Array]]] = {
+    "in every run": OBSERVABLES,
+    "with several fibers or images": AMONG_SEVERAL,
+    "in steady shear": IN_STEADY_SHEAR,
+    "with three periodic directions": IN_A_CELL,
+    "in steady shear with three periodic directions": IN_A_SHEARED_CELL,
+    "in a sheared cell": IN_A_SLIDING_CELL,
+}
+"""All observables by where they are recorded."""
 
 
 def recorded(snapshot: Snapshot) -> dict[str, Callable[[Snapshot], Array]]:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 _MOST_LINES = 12
 _MOST_PANELS = 6
 _LONG = 24  # characters of a name that leaves too little room beside a panel
+_MARKERS = "os^Dv<>p"  # lines are told apart without their colours too
 _ACROSS = 3  # panels beside one another
 
 
@@ -141,7 +142,7 @@ def _draw(ax: Axes, held: Cut, panel: int) -> None:
         known = known[np.argsort(where[known], kind="stable")]
         options: dict[str, Any] = {"color": colour}
         if not held.series:
-            options |= {"marker": "o", "markersize": 3.5}
+            options |= {"marker": _MARKERS[k % len(_MARKERS)], "markersize": 3.5}
         elif doubtful[known].any():
             options |= {"linestyle": (0, (4, 2))}
         label = None if lines is None else lines.texts[k]

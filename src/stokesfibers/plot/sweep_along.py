@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 _FEW_DIGITS, _MANY_DIGITS = 3, 6
 _LEAST_POINTS, _LEAST_RATIO = 3, 4.0  # for a logarithmic axis of values that grow by factors
+_PLAIN = (1e-3, 1e4)
 _KIND = re.compile(r'\{kind = "(\w+)"')
 _SPREAD = 30.0  # largest over smallest positive value from which a scale is logarithmic
 
@@ -55,7 +57,7 @@ class Along:
         """The values as they are written: as short as tells them apart."""
         if self.numbers is None:
             return _kinds([str(value) for value in self.values])
-        write = power_text if self.is_log else _plain
+        write = power_text if self.is_log and not plain(self.values) else _plain
         few = [write(float(v), _FEW_DIGITS) for v in self.values]
         apart = len(set(few)) == len(set(self.values))
         return few if apart else [write(float(v), _MANY_DIGITS) for v in self.values]
@@ -68,6 +70,12 @@ class Along:
     def said(self, k: int) -> str:
         """Return ``symbol = value`` of the value of number `k`."""
         return f"{self.symbol} = {self.texts[k]}"
+
+
+def plain(values: Iterable[float]) -> bool:
+    """Return whether numbers on a logarithmic scale need no powers of ten."""
+    known = [value for value in values if np.isfinite(value)]
+    return not known or (_PLAIN[0] <= min(known) and max(known) < _PLAIN[1])
 
 
 def is_log(values: Floats | None) -> bool:

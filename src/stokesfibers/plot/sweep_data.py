@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot.sweep_along import Along, Floats, along, label_of
 from stokesfibers.plot.sweep_select import SERIES, checked, dimension, divisor, stay
+from stokesfibers.plot.sweep_units import in_natural_units
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,6 +67,7 @@ def cut(
     """Return what `stokesfibers.plot.sweep` draws; parameters and errors are the same."""
     name = checked(data, name)
     swept = [str(d) for d in data["status"].dims]
+    data = in_natural_units(data)
     below = None if per is None else divisor(data, per, swept)
     data, held = stay(data, swept, at or {})
     swept = [d for d in swept if d in data.dims]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -33,7 +34,20 @@ def drawable(data: xr.Dataset) -> list[str]:
         and {*map(str, held.dims)} <= plain
     ]
     late = {n: (n in _OWN, n.endswith("_time"), bool({*SERIES} & {*data[n].dims})) for n in numeric}
-    return sorted(numeric, key=lambda n: late[n])
+    asked = _asked(data)
+    place = {name: k for k, name in enumerate(asked)}
+    return sorted(numeric, key=lambda n: (late[n], place.get(n, len(asked))))
+
+
+def _asked(data: xr.Dataset) -> list[str]:
+    """Return the names of what the sweep file asked for, in its order."""
+    lists = json.loads(data.attrs.get("collect", "{}"))
+    return [
+        name if key == "series" else f"{name}_{key}"
+        for key, names in lists.items()
+        if isinstance(names, list)
+        for name in names
+    ]
 
 
 def checked(data: xr.Dataset, name: str | None) -> str:
@@ -50,6 +64,11 @@ def checked(data: xr.Dataset, name: str | None) -> str:
         raise InputError("name", "a sweep with a case that is done, and numbers collected", got)
     if name is not None and name not in names:
         hint = did_you_mean(name, names)
+        if name in data and np.issubdtype(data[name].dtype, np.number):
+            parts = ", ".join(
+                map(str, {*map(str, data[name].dims)} - {*map(str, data["status"].dims)})
+            )
+            hint = f"It has components ({parts}): draw one in Python."
         raise InputError("name", f"one of {', '.join(names)}", repr(name), hint)
     return name or names[0]
 

@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stokesfibers.plot import select
-from stokesfibers.plot.sweep_along import power_text
+from stokesfibers.plot.sweep_along import plain, power_text
 
 _STEPS = ((1.0, 3.0), (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
 _LEAST, _MOST = 3, 6  # numbers on an axis
 _DIGITS = 4
 _ROUNDING = 1.0 + 1e-9
 _GAP = {"x": 0.24, "y": 0.1}  # numbers are broader than high
-_PLAIN = (1e-3, 1e4)  # between these numbers of a logarithmic axis are written out
 
 
 def number_axes(axes: NDArray[Any], *, plain_x: bool) -> None:
@@ -78,6 +77,6 @@ def _number_log(axis: Any) -> None:
 
 def _text(tick: float, ticks: list[float]) -> str:
     """Return a number as it is, or as a power of ten if some are very small or large."""
-    if _PLAIN[0] <= min(ticks) and max(ticks) < _PLAIN[1]:
+    if plain(ticks):
         return f"{tick:.6g}"
     return power_text(tick, _DIGITS)

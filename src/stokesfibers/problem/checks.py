@@ -25,6 +25,8 @@ LARGEST_CREDIBLE_SLENDERNESS = 0.05
 """Slender body theory has an error of order eps^2 log(1/eps); here it reaches a percent."""
 LARGEST_CREDIBLE_CONTACTS = 1.0
 """n L^2 d from which on a suspension of rods is called concentrated."""
+LEAST_ACROSS = 0.25
+"""Share of a bend along y that is across the fiber, below which less is bent than was asked for."""
 _BYTES_PER_PAIR = 400  # all arrays of the size node x node, the largest being 3 node x 3 node
 _ROUNDING = 1e-9
 
@@ -35,6 +37,7 @@ def doubts(problem: Problem, plan: Plan) -> tuple[Doubt, ...]:
         *bent_without_regularization(problem, plan),
         *engine_doubts(problem, plan),
         *angle_in_degrees(plan),
+        *bend_along_the_fiber(plan),
         *rigidity_without_effect(problem),
         *thick_fibers(problem),
         *crowded_cell(problem),
@@ -52,6 +55,17 @@ def angle_in_degrees(plan: Plan) -> Iterator[Doubt]:
             "more than a whole turn; angles are in radians",
             f"{plan.angle:g}, a turn is {2.0 * pi:.4g}",
             f"If degrees were meant, {plan.angle:g} of them are {radians(plan.angle):.6g}.",
+        )
+
+
+def bend_along_the_fiber(plan: Plan) -> Iterator[Doubt]:
+    """Doubt a fiber that is to bend in the direction in which it lies."""
+    if plan.across < LEAST_ACROSS:
+        yield Doubt(
+            "initial.amplitude",
+            "a bend along y of a fiber that lies nearly along y",
+            f"{plan.across:.2g} of the bend is across the fiber",
+            "Lay the fiber nearer to x and turn the flow, or take a larger amplitude.",
         )
 
 

@@ -46,6 +46,8 @@ class Plan:
         Initial positions at the nodes, (fiber, node, space).
     angle
         The initial angle, radians; 0 where the shapes have none.
+    across
+        Share of the initial bend that is across the fiber.
     """
 
     until: float
@@ -53,3 +55,4 @@ class Plan:
     observables_every: float
     positions: Positions
     angle: float = 0.0
+    across: float = 1.0

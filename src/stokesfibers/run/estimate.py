@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil
+from statistics import median
 from time import perf_counter
 from typing import Any
 
@@ -23,6 +25,7 @@ _STEP_BYTES = 72  # the numerics of a step
 _TRIAL_SECONDS = 1.0
 _LONGEST = 8.0  # seconds, where steps are still those of a start
 _START_STEPS = 50  # a run starts with low order and short steps; after so many they are typical
+_LATEST = 30  # steps of the trial whose median stands for all
 _TRIES = 3
 
 
@@ -121,17 +124,18 @@ def _steps(stepper: AbstractStepper[C], carry: C, until: float) -> tuple[float, 
         dt = stepper.time(carry) / carry.step
         steps = ceil(until / dt - 1e-9)
         return _fastest(lambda: stepper.step(carry)), steps, steps * dt, True
-    started, least, size = perf_counter(), float("inf"), until
+    started, taken, size = perf_counter(), deque[float](maxlen=_LATEST), until
     while True:
         begun = perf_counter()
         carry, report = stepper.step(carry)
-        trial, least = perf_counter() - started, min(least, perf_counter() - begun)
+        taken.append(perf_counter() - begun)
+        trial = perf_counter() - started
         size = report.step_size  # the first steps of a run are short
         typical = carry.step > _START_STEPS
         if stepper.reached(carry, until) or trial > (_TRIAL_SECONDS if typical else _LONGEST):
             break
     left = max(0.0, until - stepper.time(carry))
-    return least, carry.step + ceil(left / size), until, left == 0.0 or typical
+    return median(taken), carry.step + ceil(left / size), until, left == 0.0 or typical
 
 
 def _records(interval: float, end: float, most: int | None) -> int:

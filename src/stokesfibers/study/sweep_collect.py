@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from math import ceil, floor
 from typing import Any, Self, cast
 
@@ -28,6 +28,7 @@ _SETTLED = "whether the mean has settled: 1 yes, 0 no, the error is too small"
 _AVERAGED = (("time",), ("time", "fiber"))  # what has a mean over time: numbers, of fibers too
 _ROUNDING = 1e-6  # of an interval or a period
 _LISTS = ("series", "final", "largest", "smallest", "mean")
+_NUMBERS = ("largest", "smallest", "mean")  # of components these would be of one at a time
 
 
 @dataclass(frozen=True)
@@ -41,13 +42,15 @@ class Collect:
     final
         At the last recorded time.
     largest, smallest
-        Over time, with the time where it is; of each fiber or component by itself.
+        Over time, with the time where it is; of each fiber by itself; numbers only.
     mean
         Time averages with their standard error by blocks, of each fiber by itself; numbers only.
     after
         Largest, smallest and mean count from this time on.
     block
         Length of the blocks in time; by default long enough by itself.
+    order
+        The lists in the order of the sweep file.
     """
 
     series: tuple[str, ...] = ()
@@ -57,6 +60,7 @@ class Collect:
     mean: tuple[str, ...] = ()
     after: float = 0.0
     block: float | None = None
+    order: tuple[str, ...] = field(default=_LISTS, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         known = {v.name: v for v in registered("observables") if v.name != "time"}
@@ -68,9 +72,10 @@ class Collect:
                 if name not in known:
                     hint = did_you_mean(str(name), known)
                     raise InputError(key, f"names among {', '.join(known)}", repr(name), hint)
-                if key == "mean" and known[name].dims not in _AVERAGED:
+                if key in _NUMBERS and known[name].dims not in _AVERAGED:
                     those = [n for n, v in known.items() if v.dims in _AVERAGED]
-                    raise InputError(key, f"numbers: {', '.join(those)}", repr(name))
+                    hint = did_you_mean(name, those)
+                    raise InputError(key, f"numbers: {', '.join(those)}", repr(name), hint)
             object.__setattr__(self, key, tuple(dict.fromkeys(names)))
         checks.non_negative("after", self.after)
         if self.block is not None:
@@ -83,11 +88,14 @@ class Collect:
         if not found.names:
             example = 'For example: [collect] final = ["elastic_energy"]'
             raise InputError("collect", f"one of {', '.join(_LISTS)}", "nothing", example)
+        given = (key for key in table if key in _LISTS)
+        object.__setattr__(found, "order", tuple(dict.fromkeys((*given, *_LISTS))))
         return found
 
     def to_table(self) -> Table:
-        """Return the table that `from_table` takes."""
-        held = {f.name: asdict(self)[f.name] for f in fields(self)}
+        """Return the table that `from_table` takes, in the same order."""
+        rest = (f.name for f in fields(self) if f.init and f.name not in _LISTS)
+        held = {name: asdict(self)[name] for name in (*self.order, *rest)}
         return {
             key: list(value) if isinstance(value, tuple) else value for key, value in held.items()
         }

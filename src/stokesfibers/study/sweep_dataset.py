@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from stokesfibers.config.keys import key_at
 from stokesfibers.core.errors import StoreError
+from stokesfibers.core.variables import NATURAL_UNITS
 from stokesfibers.io.atomic import disk_errors
 from stokesfibers.io.provenance import provenance
 from stokesfibers.io.reader import open_run
@@ -158,7 +159,16 @@ def _attributes(plan: Plan, states: Sequence[State]) -> dict[str, Any]:
         "source": plan.source,
         "collect": json.dumps(plan.collect.to_table()),
         "provenance": json.dumps(provenance()),
+        **(NATURAL_UNITS if all(_is_natural(case.tables) for case in plan.cases) else {}),
     }
+
+
+def _is_natural(tables: Mapping[str, Any]) -> bool:
+    """Return whether a case has fibers of L = 1 and E = 1, and mu_bar in place of the viscosity."""
+    held = tables["fiber"]
+    kinds = held if isinstance(held, list) else [held]
+    ones = (kind.get(key, 1.0) for kind in kinds for key in ("length", "rigidity"))
+    return "mu_bar" in tables["fluid"] and all(value == 1.0 for value in ones)
 
 
 def _coordinates(axes: Sequence[Axis]) -> dict[str, Any]:

@@ -22,7 +22,19 @@ from stokesfibers.study.sweep_collect import Collect
 from stokesfibers.study.sweep_values import leaves, plain, short_names, toml_text, word
 
 FORMAT, FORMAT_VERSION = "stokesfibers-sweep", 1
-_KEYS = ("base", "case", "set", "grid", "zip", "cases", "seeds", "collect")
+SWEEP_KEYS = {
+    "base": "the case file that is varied, seen from the sweep file",
+    "[case]": "the case itself, its tables below [case.fiber] and so on, instead of base",
+    "[set]": "changes that all cases share, by their paths, as with --set: stepping.until = 12.0",
+    "[grid]": "every combination: fluid.mu_bar = [1e4, 1e5], or { geomspace = [1e4, 1e6, 5] }, "
+    "linspace, logspace as in NumPy",
+    "[[zip]]": "lists that are walked together, one dimension; name is optional",
+    "[[cases]]": "variants that are no grid, each with a name and any changes",
+    "seeds": "initial.seed from 0 to n - 1, or a list: drawn as mean and error",
+    "[collect]": "what is kept: series, final, largest, smallest, mean of observables",
+}
+"""What may stand in a sweep file, and what it is for."""
+_KEYS = tuple(key.strip("[]") for key in SWEEP_KEYS)
 _LONGEST_NAME = 80
 
 Source = str | PathLike[str] | Mapping[str, Any]

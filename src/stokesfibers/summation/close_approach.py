@@ -70,7 +70,16 @@ class PaperCloseApproach(AbstractCloseApproach):
 
 @dataclass(frozen=True)
 class SmoothCloseApproach(AbstractCloseApproach):
-    """As the paper's, with a blend of two continuous derivatives; the same attributes."""
+    """As the paper's, with a blend of two continuous derivatives.
+
+    Attributes
+    ----------
+    d0
+        d_0, in units of length; default 2 eps L of the near fiber, with the paper's engine at
+        least h.
+    near, parts
+        As the paper's; for its engine only.
+    """
 
     d0: float | None = None
     near: float = 12.0

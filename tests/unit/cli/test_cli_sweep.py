@@ -280,8 +280,8 @@ def test_the_cost_of_all_cases_is_the_mean_of_both_ends_over_the_processes():
     assert rows == {
         "a": "about 10 s, store 1 MB",
         "b": "about 50 s, store 3 MB",
-        "all 8, if alike": "about 1 min 0 s on 4 processes, 16 MB",
-        "": "and some seconds to start them",
+        "all 8, if alike": "about 1 min 0 s of steps on 4 processes, 16 MB",
+        "": "and a few tenths of a second for each, to begin and to store",
     }
     rows = dict(_rows({"a": short, "b": replace(long, settled=False)}, 8, 4))
     assert list(rows) == ["a", "b"]

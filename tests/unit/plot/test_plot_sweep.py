@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 import xarray as xr
 
 from stokesfibers.core.errors import InputError
+from stokesfibers.core.variables import NATURAL_UNITS
 from stokesfibers.plot import save, sweep
 from stokesfibers.plot.sweep_along import Along
 from stokesfibers.plot.sweep_data import cut
 from stokesfibers.plot.sweep_select import drawable
+from stokesfibers.plot.sweep_units import in_natural_units
 from stokesfibers.plot.ticks import log_ticks
 from support import assert_close
 
@@ -271,11 +275,7 @@ def test_a_parameter_that_some_cases_lack_is_written_as_none():
     assert found.lines.texts == ["1", "none"]
     wide = xr.concat([data.assign_coords(slenderness=[1.0, np.nan]), data], "slenderness")
     wide = wide.isel(slenderness=[0, 1, 2]).assign_coords(slenderness=[1.0, np.nan, 100.0])
-    assert cut(wide, "stress_mean", x="mu_bar", at={}).lines.texts == [
-        "$10^{0}$",
-        "none",
-        "$10^{2}$",
-    ]
+    assert cut(wide, "stress_mean", x="mu_bar", at={}).lines.texts == ["1", "none", "100"]
     assert len(sweep(wide, "stress_mean", x="mu_bar")[0].get_legend().get_texts()) == 3
 
 
@@ -339,7 +339,7 @@ def test_what_stays_is_named_and_what_divides_is_in_the_label():
         ),
         ((1.0, 2.0, 3.0, 4.0, 5.0), False, ["1", "2", "3", "4", "5"]),
         ((1.0001, 1.0002), False, ["1.0001", "1.0002"]),
-        ((1.0, 40.0), True, ["$10^{0}$", r"$4\times10^{1}$"]),
+        ((1.0, 40.0), True, ["1", "40"]),
         (('{kind = "shear", rate = 1.0}', '{kind = "extension"}'), False, ["shear", "extension"]),
         (('{kind = "shear", rate = 1.0}', '{kind = "shear"}'), False, None),
     ],
@@ -393,3 +393,52 @@ def test_numbers_of_a_log_axis_do_not_overlap():
         assert len(boxes) >= 3
         assert np.all(np.sort(low)[1:] > np.sort(high)[:-1])
         assert not any(text.get_text() for text in axis.get_ticklabels(minor=True))
+
+
+def test_the_first_number_of_the_sweep_file_is_drawn_by_itself():
+    data = swept()
+    for lists, first in (
+        ({"series": ["stress"], "mean": ["stress"], "largest": ["energy"]}, "stress_mean"),
+        ({"largest": ["energy"], "mean": ["stress"]}, "energy_largest"),
+    ):
+        data.attrs["collect"] = json.dumps({**lists, "after": 0.0})
+        assert drawable(data)[0] == first
+
+
+def test_what_has_components_is_refused_by_name():
+    with pytest.raises(InputError, match="It has components"):
+        cut(swept(), "tensor")
+
+
+def test_units_are_natural_where_the_dataset_says_so():
+    data = swept()
+    assert in_natural_units(data) is data
+    data.attrs |= NATURAL_UNITS
+    for unit, said in (
+        ("force length", "$E$/$L$"),
+        ("force", "$E$/$L$^2"),
+        ("force length^-2", "$E$/$L$^4"),
+        ("length", "$L$"),
+        ("length^-1", "1/$L$"),
+        ("force length^2", "$E$"),
+        ("force^2 length^4", "$E$^2"),
+        ("time", "time"),
+        ("force time length^-2", "force time length^-2"),
+        ("1", "1"),
+    ):
+        data["energy_largest"].attrs["units"] = unit
+        assert in_natural_units(data)["energy_largest"].attrs["units"] == said
+        assert data["energy_largest"].attrs["units"] == unit
+    data["energy_largest"].attrs["units"] = "force"
+    label = cut(data, "energy_largest").label
+    assert label.startswith("elastic energy $E$ [$E$/$L$$^{2}$]")
+
+
+def test_lines_have_markers_of_their_own_and_numbers_as_they_are_written():
+    data = swept().isel(seed=0, drop=True)
+    (ax,) = sweep(data, "energy_largest", x="slenderness")
+    assert len({line.get_marker() for line in ax.get_lines()} - {"none"}) == len(MU)
+    data = data.assign_coords(mu_bar=[0.1, 0.2, 0.4, 9.0])
+    (ax,) = sweep(data, "energy_largest", x="slenderness")
+    said = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert said == ["0.1", "0.2", "0.4", "9"]

@@ -11,6 +11,7 @@ import pytest
 import stokesfibers as sf
 from stokesfibers.core.errors import InputError
 from stokesfibers.fiber import curves
+from stokesfibers.fiber.initial import NearlyStraight
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.flow import (
     Extension,
@@ -37,6 +38,7 @@ from stokesfibers.slender.regularization import (
     PaperRegularization,
     SpheroidalRegularization,
 )
+from support import assert_close
 
 PAPERS_RUN = Problem(
     Fiber(slenderness=1e-3), mu_bar=3e5, flow=Shear(), engine=PaperEngine(100, 0.0128, 20.0)
@@ -73,6 +75,28 @@ def test_angles_in_degrees(angle, said):
     found = [str(doubt) for doubt in checks.angle_in_degrees(replace(PLAN, angle=angle))]
     assert bool(found) is bool(said)
     assert all(said in text and "radians" in text for text in found)
+
+
+@pytest.mark.parametrize(("angle", "share"), [(1.3, ""), (-1.35, "0.22"), (1.6, "0.029")])
+def test_a_bend_along_the_fiber(angle, share):
+    """|cos 1.3| = 0.267 is let pass; the rest says what is left of the bend."""
+    across = NearlyStraight(angle=angle).across
+    found = [str(doubt) for doubt in checks.bend_along_the_fiber(replace(PLAN, across=across))]
+    assert bool(found) is bool(share)
+    assert all(f"{share} of the bend is across the fiber" in text for text in found)
+
+
+def test_what_is_across_is_what_bends_the_fiber():
+    """The curve leaves its chord by the share |cos(angle)| of d_y / 256, to first order."""
+    fiber = Fiber(slenderness=1e-2)
+    for angle in (0.0, 1.0, 2.5):
+        shape = NearlyStraight(angle=angle, amplitude=1e-3)
+        (curve,) = shape.curves((fiber,), np.zeros(3))
+        x = curve.at_fractions(np.linspace(0.0, 1.0, 201))
+        chord = (x[-1] - x[0]) / np.linalg.norm(x[-1] - x[0])
+        away = x - x[0] - np.outer((x - x[0]) @ chord, chord)
+        expected = shape.across * 1e-3 / 256.0
+        assert_close(np.linalg.norm(away, axis=1).max(), expected, rtol=1e-4)
 
 
 @pytest.mark.parametrize("rate", [1.0, -4.0])

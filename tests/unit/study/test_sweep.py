@@ -15,6 +15,7 @@ import xarray as xr
 
 import stokesfibers as sf
 from stokesfibers.core.errors import InputError, MissingExtraError, StoreError
+from stokesfibers.core.variables import NATURAL_UNITS
 from stokesfibers.io import atomic, lock
 from stokesfibers.study import sweep_dataset, sweep_folder, sweep_workers
 from stokesfibers.study.sweep import changes, collect, sweep
@@ -23,7 +24,7 @@ from stokesfibers.study.sweep_plan import read_plan
 from stokesfibers.study.sweep_tally import tally
 from stokesfibers.study.sweep_values import toml_text
 from stokesfibers.study.sweep_workers import workers_of
-from support import assert_same
+from support import assert_close, assert_same
 
 CASE = {
     "fiber": {"slenderness": 1e-2},
@@ -507,3 +508,42 @@ def test_a_result_that_cannot_be_trusted_says_so_in_the_dataset(tmp_path):
     assert "nodes" in poor
     assert good == ""
     assert data.attrs["doubtful"] == 1
+
+
+def test_the_dataset_says_where_its_units_are_those_of_the_fiber(tmp_path):
+    data = _sweep(tmp_path / "a", SWEEP | {"grid": {"fluid.mu_bar": [1e3, 1e4]}})
+    assert {key: data.attrs[key] for key in NATURAL_UNITS} == NATURAL_UNITS
+    for k, grid in enumerate(
+        (
+            {"fiber.length": [1.0, 2.0]},
+            {"fiber.rigidity": [1.0, 2.0]},
+            {"fluid.viscosity": [1.0, 2.0]},
+        )
+    ):
+        whole = {"fiber.length": 1.0, "fiber.rigidity": 1.0}
+        fixed = {key: value for key, value in whole.items() if key not in grid}
+        data = _sweep(tmp_path / f"b{k}", SWEEP | {"grid": grid, "set": fixed})
+        assert not NATURAL_UNITS.keys() & data.attrs.keys()
+
+
+def test_the_dataset_keeps_the_order_of_the_lists(tmp_path):
+    collect = {"largest": ["elastic_energy"], "final": ["shear_stress"], "series": []}
+    data = _sweep(tmp_path / "a", SWEEP | {"collect": collect, "grid": {"fluid.mu_bar": [1e3]}})
+    kept = [key for key, value in json.loads(data.attrs["collect"]).items() if value]
+    assert kept == ["largest", "final"]
+    assert SweepFolder(tmp_path / "a").plan().collect.order[:3] == ("largest", "final", "series")
+
+
+@pytest.mark.parametrize("key", ["largest", "smallest", "mean"])
+def test_of_components_there_is_no_largest(key, tmp_path):
+    with pytest.raises(InputError, match=f"collect.{key}: expected numbers: .*end_to_end_distance"):
+        _sweep(tmp_path / "a", SWEEP | {"collect": {key: ["end_to_end"]}})
+
+
+def test_the_distance_of_the_ends_is_the_size_of_their_vector(tmp_path):
+    collect = {"series": ["end_to_end", "end_to_end_distance"], "smallest": ["end_to_end_distance"]}
+    data = _sweep(tmp_path / "a", SWEEP | {"collect": collect, "grid": {"fluid.mu_bar": [1e5]}})
+    expected = np.sqrt((data["end_to_end"] ** 2).sum("space"))
+    assert_close(data["end_to_end_distance"].to_numpy(), expected.to_numpy(), rtol=1e-14)
+    smallest = data["end_to_end_distance_smallest"].to_numpy()
+    assert_close(smallest, expected.min("time").to_numpy(), rtol=1e-14)

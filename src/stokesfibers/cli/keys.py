@@ -1,0 +1,150 @@
+"""``stokesfibers keys``: what may stand in a case file and a sweep file, and what is recorded."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
+
+import click
+
+from stokesfibers.cli.failure import guarded
+from stokesfibers.cli.words import heading, lines
+
+if TYPE_CHECKING:
+    from stokesfibers.config.reference import KeyLine, TableForm
+
+_WIDEST = 110
+_OBSERVABLES, _SWEEP = "observables", "sweep"
+Row = tuple[str, str]
+
+
+@click.command(short_help="Say what a case or a sweep file may hold, and what is recorded.")
+@click.argument("names", nargs=-1, metavar="[NAME]...")
+@guarded
+def keys(*, names: tuple[str, ...]) -> None:
+    """Say what each key of the table NAME means, its kinds, units and defaults.
+
+    NAME is a table of the case file, such as flow or initial; 'sweep' for the sweep file; or
+    'observables' for what runs record and sweeps collect. Without NAME all are listed.
+    """
+    if not names:
+        _say_all()
+    for name in map(_checked, names):
+        if name == _OBSERVABLES:
+            _say_observables()
+        elif name == _SWEEP:
+            _say_sweep()
+        else:
+            _say_table(name)
+
+
+def _checked(name: str) -> str:
+    from stokesfibers.config.reference import case_forms
+    from stokesfibers.core.errors import InputError
+    from stokesfibers.core.tables import did_you_mean
+
+    known = ["engine", *case_forms(), _SWEEP, _OBSERVABLES]
+    table = name.strip("[]").partition(".")[0]
+    if table not in known:
+        raise InputError(
+            "NAME", f"one of {', '.join(known)}", repr(name), did_you_mean(name, known)
+        )
+    return table
+
+
+def _say_all() -> None:
+    from stokesfibers.config.reference import case_forms
+
+    heading("Case file")
+    rows: list[Row] = [("engine", "spectral, paper")]
+    for name, forms in case_forms().items():
+        rows.append((f"[{name}]", ", ".join(_within(name, forms))))
+    _print(rows)
+    heading("Sweep file")
+    _print([(name, meaning) for name, meaning in _sweep_lines()])
+    heading("Observables")
+    _print([(where, ", ".join(names)) for where, names in _observables().items()])
+    click.echo("\nMore of each: stokesfibers keys NAME, for instance flow, sweep or observables")
+
+
+def _within(name: str, forms: Iterable[TableForm]) -> Iterator[str]:
+    """Yield what tells most of a table: its kinds, or its keys and the tables in it."""
+    forms = list(forms)
+    own = [form for form in forms if form.path == name]
+    if own[0].kind:
+        yield from (form.kind for form in own)
+        return
+    yield from (key.name.partition(" ")[0] for form in own for key in form.keys)
+    yield from dict.fromkeys(form.path.rpartition(".")[2] for form in forms if form not in own)
+
+
+def _say_table(name: str) -> None:
+    from stokesfibers.config.reference import case_forms, engine_line
+
+    if name == "engine":
+        heading("Before all tables")
+        _print([_row(engine_line())])
+        return
+    for form in case_forms()[name]:
+        heading(f"[{form.path}]" + (f' kind = "{form.kind}"' if form.kind else ""))
+        if form.meaning:
+            click.echo(f"  {form.meaning}")
+        _print(map(_row, form.keys))
+
+
+def _row(key: KeyLine) -> Row:
+    return key.name, key.meaning
+
+
+def _sweep_lines() -> Iterator[Row]:
+    from stokesfibers.study.sweep_plan import SWEEP_KEYS
+
+    yield from SWEEP_KEYS.items()
+
+
+def _say_sweep() -> None:
+    from stokesfibers.config.reference import form_of
+    from stokesfibers.config.schema import record_schema
+    from stokesfibers.study.sweep_collect import Collect
+
+    heading("Sweep file")
+    _print(_sweep_lines())
+    heading("[collect]")
+    _print(map(_row, form_of("collect", record_schema(Collect)).keys))
+    click.echo("\nWhat can be collected: stokesfibers keys observables")
+
+
+def _observables() -> dict[str, list[str]]:
+    from stokesfibers.observe.observables import WHERE
+
+    return {where: [name for name in held if name != "time"] for where, held in WHERE.items()}
+
+
+def _say_observables() -> None:
+    from stokesfibers.core.variables import lookup
+
+    for where, names in _observables().items():
+        heading(where[:1].upper() + where[1:])
+        rows = []
+        for name in names:
+            variable = lookup(_OBSERVABLES, name)
+            of = ", of each fiber" if "fiber" in variable.dims else ""
+            parts = ", components" if {"i", "space"} & {*variable.dims} else ""
+            unit = "" if variable.unit == "1" else f" [{variable.unit}]"
+            meaning = variable.meaning.replace("$", "")
+            rows.append((name, f"{meaning.removesuffix(' of a fiber')}{of}{parts}{unit}"))
+        lines(rows)
+    click.echo("\nSweeps take largest, smallest and mean of numbers, series and final of all.")
+
+
+def _print(rows: Iterable[Row]) -> None:
+    """Print names and meanings in two columns that fit the terminal."""
+    rows = list(rows)
+    if not rows:
+        return
+    width = min(shutil.get_terminal_size().columns, _WIDEST)
+    formatter = click.HelpFormatter(width=width)
+    formatter.indent()
+    formatter.write_dl(rows, col_max=34)
+    click.echo(formatter.getvalue(), nl=False)
