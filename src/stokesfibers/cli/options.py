@@ -33,6 +33,12 @@ threads_option = click.option(
     metavar="N",
     help="Threads to use; results do not depend on them.",
 )
+dark_option = click.option(
+    "--dark", is_flag=True, help="Draw on a dark ground, for screens and slides."
+)
+dpi_option = click.option(
+    "--dpi", type=int, default=200, show_default=True, help="Dots per inch of a png."
+)
 mpi_option = click.option(
     "--mpi/--no-mpi",
     default=None,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from stokesfibers.cli.failure import guarded
-from stokesfibers.cli.options import RUN, run_argument
+from stokesfibers.cli.options import RUN, dark_option, dpi_option, run_argument
 from stokesfibers.cli.replacing import replacing
 from stokesfibers.cli.typed import named_as_typed
 
@@ -41,8 +41,8 @@ _TYPED = {
     type=RUN,
     help="File to write, .png, .pdf or .svg; by default RUN-KIND.png beside the run.",
 )
-@click.option("--dark", is_flag=True, help="Draw on a dark ground, for screens and slides.")
-@click.option("--dpi", type=int, default=200, show_default=True, help="Dots per inch of a png.")
+@dark_option
+@dpi_option
 @click.option(
     "--time",
     type=float,

@@ -266,6 +266,18 @@ def test_a_figure_of_a_sweep_is_one_command(file, invoke):
     assert "sweep plot twofold" in invoke("plot", "twofold", "shapes").stderr
 
 
+def test_the_texts_of_a_figure_are_those_asked_for(file, invoke, monkeypatch):
+    file.write_text(SWEEP.replace("[grid]\n", "[grid]\nfiber.slenderness = [1e-2, 2e-2]\n"))
+    assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
+    drawn = []
+    monkeypatch.setattr("stokesfibers.plot.save", lambda axes, path, _: drawn.append(axes) or path)
+    texts = ("--label", "energy", "--xlabel", "viscosity", "--legend", "thickness")
+    assert invoke("sweep", "plot", "twofold", *texts).exit_code == 0
+    ((ax,),) = drawn
+    title = ax.get_legend().get_title().get_text()
+    assert (ax.get_ylabel(), ax.get_xlabel(), title) == ("energy", "viscosity", "thickness")
+
+
 def test_a_sweep_that_has_not_ended_is_drawn_from_its_runs(file, invoke):
     assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
     shutil.rmtree("twofold/sweep.zarr")
