@@ -262,6 +262,14 @@ def test_check_says_what_makes_a_suspension(case, invoke):
         assert re.search(row, result.stdout), (row, result.stdout)
 
 
+def test_check_says_how_much_of_a_bend_is_across_the_fiber(case, invoke):
+    """1.0 / 256 along y, of a fiber at 1.4 rad: cos(1.4) = 0.17 of it."""
+    shape = "initial={kind = 'nearly_straight', angle = 1.4, amplitude = 1.0}"
+    result = invoke("check", case, "--set", shape)
+    assert "bent by 0.00066 of the length" in result.stdout
+    assert "initial.amplitude: a bend along y" in result.stdout
+
+
 def test_check_of_a_falling_fiber_speaks_of_its_weight(case, invoke):
     falling = [
         *("--set", "engine=spectral", "--set", "stepping={until = 0.001, rtol = 1e-2}"),
