@@ -19,6 +19,7 @@ from stokesfibers.cli.options import (
 )
 from stokesfibers.cli.replacing import replacing
 from stokesfibers.cli.sweep_cost import say_cost
+from stokesfibers.cli.sweep_find import find
 from stokesfibers.cli.sweep_plot import plot_sweep
 from stokesfibers.cli.sweep_words import (
     bar,
@@ -102,7 +103,7 @@ netcdf_option = click.option(
 )
 @set_option
 @click.option("--retry", is_flag=True, help="Try cases that failed for good again.")
-@click.option("--dry-run", is_flag=True, help="Check all cases, list them, say what they cost.")
+@click.option("--dry-run", is_flag=True, help="Check all cases, say what they cost; run none.")
 @netcdf_option
 @python_option
 @quiet_option
@@ -223,8 +224,9 @@ def _say_how_it_ended(data: xr.Dataset, folder: Path, *, quiet: bool) -> int:
         say_doubts(int(attributes["doubtful"]), folder)
     say_unsettled(data)
     if not quiet:
-        say_end(done, cases, folder)
+        say_end(done, cases, folder, trusted=not attributes["doubtful"])
     return RUN_FAILED if failed else DONE
 
 
 sweep.add_command(plot_sweep)
+sweep.add_command(find)

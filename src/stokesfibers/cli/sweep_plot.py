@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from stokesfibers.cli.failure import guarded
 from stokesfibers.cli.options import RUN, dark_option, dpi_option, folder_argument
 from stokesfibers.cli.replacing import replacing
+from stokesfibers.cli.sweep_caption import caption
+from stokesfibers.cli.sweep_held import held_dataset, stay_at
 from stokesfibers.cli.typed import named_as_typed
 from stokesfibers.cli.words import warn
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _TYPED = {
     "name": "NAME",
@@ -41,7 +40,8 @@ _TYPED = {
 @click.option(
     "--out",
     type=RUN,
-    help="File to write, .png, .pdf or .svg; by default DIR-NAME.png beside DIR.",
+    multiple=True,
+    help="File to write, .png, .pdf or .svg, or several; by default DIR-NAME.png beside DIR.",
 )
 @dark_option
 @dpi_option
@@ -57,7 +57,7 @@ def plot_sweep(
     label: str | None,
     xlabel: str | None,
     legend: str | None,
-    out: Path | None,
+    out: tuple[Path, ...],
     dark: bool,
     dpi: int,
 ) -> None:
@@ -66,59 +66,37 @@ def plot_sweep(
     A second parameter gives lines, a third panels; seeds become their mean with one standard error,
     fibers their mean. Series are drawn against time. Results that cannot be trusted are hollow or
     dashed. While the sweep runs, what is there is drawn. A figure that is there already is
-    replaced.
+    replaced. What all cases have alike is printed, for its caption.
 
-    NAME is a variable of the dataset, such as elastic_energy_largest; without it one of
-    [collect] is drawn, and the others are named.
+    NAME is a variable of the dataset, such as elastic_energy_largest; without it the first
+    number of [collect] is drawn, and the others are named.
     """
     from stokesfibers.plot import DARK, LIGHT, on, save, sweep
     from stokesfibers.plot.style import checked_path
     from stokesfibers.plot.sweep_data import cut
     from stokesfibers.plot.sweep_select import checked, drawable
+    from stokesfibers.study.sweep_folder import SweepFolder
 
-    data = _dataset(folder)
+    data = held_dataset(folder)
     _, *others = drawable(data) or [""]
     with named_as_typed(_TYPED):
         chosen = checked(data, name)
-        target = out or folder.resolve().with_name(f"{folder.resolve().name}-{chosen}.png")
-        with replacing(target), on(DARK if dark else LIGHT):
-            checked_path(target)
-            given: dict[str, Any] = {"x": x, "at": dict(map(_stay, at)), "per": per}
+        beside = folder.resolve().with_name(f"{folder.resolve().name}-{chosen}.png")
+        targets = out or (beside,)
+        with replacing(*targets), on(DARK if dark else LIGHT):
+            for target in targets:
+                checked_path(target)
+            given: dict[str, Any] = {"x": x, "at": dict(map(stay_at, at)), "per": per}
             drawn = sweep(data, chosen, log="" if log == "none" else log, **given)
             for ax in drawn:
                 ax.set_ylabel(label if label and ax.get_ylabel() else ax.get_ylabel())
                 ax.set_xlabel(xlabel or ax.get_xlabel())
                 if legend and ax.get_legend() is not None:
                     ax.get_legend().set_title(legend)
-            click.echo(save(drawn, target, dpi))
+            for target in targets:
+                click.echo(save(drawn, target, dpi))
         for note in cut(data, chosen, **given).notes:
             warn(f"{note}.")
     if name is None and others:
         click.echo(f"It shows {chosen}; there are also: {', '.join(others)}.", err=True)
-
-
-def _stay(text: str) -> tuple[str, str]:
-    from stokesfibers.core.errors import InputError
-
-    name, equal, value = text.partition("=")
-    if not (name and equal and value):
-        raise InputError("at", "NAME=VALUE", repr(text))
-    return name.strip(), value.strip()
-
-
-def _dataset(folder: Path) -> xr.Dataset:
-    """Return the sweep's dataset: the stored one, or while it runs what there is."""
-    import xarray as xr
-
-    from stokesfibers.study.sweep_dataset import dataset
-    from stokesfibers.study.sweep_folder import DATASET, RUNS, SweepFolder
-
-    plan = SweepFolder(folder).plan()  # errors name the folder as it was typed
-    held = SweepFolder(folder.resolve())
-    if (folder / DATASET).is_dir() and not held.active():
-        data = xr.open_zarr(folder / DATASET).load()
-        runs = [f"{RUNS}/{held.store(case).name}" for case in plan.cases]
-        # after a kill it is still that of the sweep before
-        if data.attrs["status"] == "done" and data["run"].to_numpy().ravel().tolist() == runs:
-            return data
-    return dataset(held, plan)
+    click.echo(f"In all cases: {caption(SweepFolder(folder).plan())}.", err=True)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from stokesfibers.study.sweep import Change, Watch
+    from stokesfibers.study.sweep_axes import Axis
     from stokesfibers.study.sweep_folder import SweepFolder
     from stokesfibers.study.sweep_plan import Plan, SweepCase
     from stokesfibers.study.sweep_tally import Tally
@@ -31,6 +32,8 @@ COLOURS = {
 }
 _FORM = "{desc} |{bar}| {percentage:3.0f} %{postfix}"
 _MOST_LISTED = 12
+_MOST_PLANNED = 6
+_MOST_REMOVED = 3
 _DOUBT_SECONDS = 5.0
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(\.\d+)?(e[-+]?\d+)?(?!\w)")
 
@@ -78,19 +81,34 @@ def say_changes(change: Change, cases: int, folder: Path) -> None:
     click.echo(f"{plural(cases, 'case')} in {folder}: {', '.join(parts)}.")
     if change.removed:
         count = plural(len(change.removed), "case")
-        click.echo(f"{count} of the last sweep not asked for any more; the runs stay:")
-        for name in change.removed[:_MOST_LISTED]:
-            click.echo(f"  {name}")
-        if len(change.removed) > _MOST_LISTED:
-            click.echo(f"  and {len(change.removed) - _MOST_LISTED} more")
+        click.echo(f"{count} of the last sweep not asked for any more: left out of the dataset,")
+        click.echo(f"kept in {folder / 'runs'} for when they are asked for again:")
+        lines((name,) for name in change.removed[:_MOST_REMOVED])
+        _say_rest(len(change.removed) - _MOST_REMOVED)
 
 
 def say_plan(plan: Plan) -> None:
     """List the cases of a sweep."""
     heading("Dimensions")
-    lines((axis.name, str(len(axis.points)), ", ".join(axis.paths)) for axis in plan.axes)
+    lines(map(_axis_row, plan.axes))
     heading("Cases")
-    lines((case.name, f"until {number(case.until)}") for case in plan.cases)
+    rows = [(case.name, f"until {number(case.until)}") for case in plan.cases]
+    lines(rows[:_MOST_PLANNED])
+    _say_rest(len(rows) - _MOST_PLANNED)
+
+
+def _axis_row(axis: Axis) -> tuple[str, ...]:
+    """Return name, number of values, first and last one, and the paths of a dimension."""
+    from stokesfibers.study.sweep_values import word
+
+    ends = (word(value) for point in (axis.points[0], axis.points[-1]) for value in point.values())
+    span = " to ".join(ends) if len(axis.paths) == 1 else ""
+    return axis.name, str(len(axis.points)), span, ", ".join(axis.paths)
+
+
+def _say_rest(count: int) -> None:
+    if count > 0:
+        click.echo(f"  and {count} more")
 
 
 def say_case_doubts(plan: Plan, *, allow_python: bool) -> None:
@@ -127,7 +145,8 @@ def say_tally(found: Tally, folder: Path, source: str) -> None:
             click.secho(f"{count:>5} {code}", fg=colour, nl=code != "done")
             if code == "done":
                 doubtful = len(list(found.doubtful()))
-                click.echo(f", {doubtful} of them doubtful" if doubtful else "")
+                said = f"{doubtful} of them doubtful" if doubtful else "all can be trusted"
+                click.echo(f", {said}")
     rows = [
         (case.name, f"t = {number(state.time)} of {number(case.until)}")
         for case, state in found.states
@@ -200,13 +219,16 @@ def say_unsettled(data: xr.Dataset) -> None:
         warn(f"{unsettled} of {plural(means, 'mean')} over time have not settled: run longer.")
 
 
-def say_end(done: int, cases: int, folder: Path) -> None:
-    """Say where the dataset is."""
+def say_end(done: int, cases: int, folder: Path, *, trusted: bool) -> None:
+    """Say where the dataset is, and whether all of it is `trusted`."""
     if not done:
         return
     if done == cases:
         click.secho("done: ", fg="green", bold=True, nl=False)
-    click.echo(f"{done} of {plural(cases, 'case')}, stored in {folder / 'sweep.zarr'}.")
+    count = f"{done} of {plural(cases, 'case')}"
+    click.echo(f"{count}, stored in {folder / 'sweep.zarr'}.")
+    if trusted:
+        click.echo("Each run watched its own error and can be trusted.")
     click.echo(f"Next: stokesfibers sweep plot {folder}")
     click.echo(f'In Python: xarray.open_zarr("{folder / "sweep.zarr"}")')
 

@@ -157,7 +157,9 @@ def ink_ticks(ax: Axes) -> None:
     ax.tick_params(which="both", color=theme().ink, labelcolor=theme().ink)
 
 
-def time_colours(times: NDArray[np.float64]) -> list[tuple[float, float, float, float]]:
+def time_colours(
+    times: NDArray[np.float64], last: float = 1.0
+) -> list[tuple[float, float, float, float]]:
     """Return one colour per time: dark to light with growing time, perceptually uniform.
 
     The map is viridis without the end that is lost on the ground. A single time has the first
@@ -166,16 +168,18 @@ def time_colours(times: NDArray[np.float64]) -> list[tuple[float, float, float, 
     Parameters
     ----------
     times : (n,)
+    last
+        How far along the map the last one is.
     """
     from matplotlib.colors import to_rgba
 
     if len(times) == 1:
         return [to_rgba(theme().palette[0])]
-    first, last = float(np.min(times)), float(np.max(times))
-    span = last - first
+    first = float(np.min(times))
+    span = float(np.max(times)) - first
     where = (times - first) / span if span > 0.0 else np.zeros(len(times))
     colours = theme().map_of(theme().passing)
-    return [colours(float(w)) for w in where]
+    return [colours(last * float(w)) for w in where]
 
 
 def colour_bar(ax: Axes, drawn: ScalarMappable, label: str, **options: Any) -> Colorbar:

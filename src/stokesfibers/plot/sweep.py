@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 _MOST_LINES = 12
 _MOST_PANELS = 6
 _LONG = 24  # characters of a name that leaves too little room beside a panel
+_LIGHTEST = 0.88  # of the colours: thin lines need more contrast than areas
 _MARKERS = "os^Dv<>p"  # lines are told apart without their colours too
 _ACROSS = 3  # panels beside one another
 
@@ -112,7 +113,7 @@ def _legend(axes: NDArray[Any], lines: Along | None) -> None:
     if lines is None:
         return
     printed = re.sub(r"\\[a-zA-Z]+|[{}_^$]", "", max(lines.label.split("\n"), key=len))
-    title = lines.label if len(printed) <= _LONG else lines.symbol
+    title = lines.label if len(printed) <= _LONG else f"{lines.symbol}{lines.unit}"
     options: dict[str, Any] = {"title": title, "alignment": "left"}
     if max(map(len, lines.texts)) <= _LONG:
         axes[-1].legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), **options)
@@ -172,7 +173,7 @@ def _colours(lines: Along | None) -> list[Any]:
         return [theme().palette[0]]
     if lines.numbers is None or not np.isfinite(lines.numbers).all():
         return [theme().palette[k % len(theme().palette)] for k in range(len(lines.values))]
-    return time_colours(np.log(lines.numbers) if lines.is_log else lines.numbers)
+    return time_colours(np.log(lines.numbers) if lines.is_log else lines.numbers, _LIGHTEST)
 
 
 def _scales(ax: Axes, held: Cut, log: str | None) -> None:

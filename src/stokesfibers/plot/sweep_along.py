@@ -20,6 +20,13 @@ Floats = NDArray[np.float64]
 _FEW_DIGITS, _MANY_DIGITS = 3, 6
 _LEAST_POINTS, _LEAST_RATIO = 3, 4.0  # for a logarithmic axis of values that grow by factors
 _PLAIN = (1e-3, 1e4)
+_TAKEN = {
+    "largest over time": "largest",
+    "smallest over time": "smallest",
+    "at the end": "final",
+    "mean over time": "mean",
+    "mean over time and seeds": "mean",
+}
 _KIND = re.compile(r'\{kind = "(\w+)"')
 _SPREAD = 30.0  # largest over smallest positive value from which a scale is logarithmic
 
@@ -38,12 +45,15 @@ class Along:
         What to call a value, with dollar signs if it is a formula.
     label
         Meaning, symbol and unit.
+    unit
+        Unit in brackets, a space before it; empty for pure numbers.
     """
 
     name: str
     values: tuple[Any, ...]
     symbol: str
     label: str
+    unit: str = ""
 
     @property
     def numbers(self) -> Floats | None:
@@ -125,14 +135,24 @@ def along(data: xr.Dataset, dim: str, name: str | None = None) -> Along:
     named = [c for c in labels if c.name == (name or dim)]
     held = (named or apart or numeric or labels or [data[dim]])[0]
     symbol = f"${held.attrs['symbol']}$" if held.attrs.get("symbol") else str(held.name)
-    return Along(dim, tuple(held.to_numpy().tolist()), symbol, label_of(held, str(held.name)))
+    unit = select.unit_text(_variable(held, str(held.name))) if held.attrs.get("units") else ""
+    return Along(dim, tuple(held.to_numpy().tolist()), symbol, label_of(held, str(held.name)), unit)
 
 
 def label_of(held: xr.DataArray, name: str) -> str:
-    """Return meaning, symbol and unit; what was taken of a quantity, behind a comma, below."""
+    """Return meaning, symbol and unit; what was taken of a quantity before it, of seeds below."""
     attrs = held.attrs
     meaning, _, taken = str(attrs.get("long_name", name.replace("_", " "))).partition(", ")
+    first, _, rest = taken.partition(", ")
+    if first in _TAKEN:
+        word, taken = _TAKEN[first], rest
+        meaning = f"{word} {meaning.removeprefix(f'{word} ')}"
     if not attrs.get("symbol"):
         return f"{meaning}\n{taken}".strip()
-    variable = Variable(name, "observables", (), attrs.get("units", "1"), attrs["symbol"], meaning)
-    return f"{select.axis_label(variable)}\n{taken}".strip()
+    return f"{select.axis_label(_variable(held, name, meaning))}\n{taken}".strip()
+
+
+def _variable(held: xr.DataArray, name: str, meaning: str = "") -> Variable:
+    attrs = held.attrs
+    units, symbol = attrs.get("units", "1"), attrs.get("symbol", "")
+    return Variable(name, "observables", (), units, symbol, meaning)

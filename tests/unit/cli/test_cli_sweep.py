@@ -12,7 +12,8 @@ import pytest
 import xarray as xr
 
 from stokesfibers.cli.sweep_cost import _rows
-from stokesfibers.cli.sweep_plot import _dataset
+from stokesfibers.cli.sweep_held import held_dataset
+from stokesfibers.io.reader import open_run
 from stokesfibers.run.estimate import Cost
 from stokesfibers.study.sweep_plan import read_plan
 
@@ -94,7 +95,8 @@ def test_status_tells_counts_and_how_to_go_on(file, invoke):
     file.write_text(SWEEP.replace("[1e3, 1e4]", "[1e4, 1e5]"))
     assert "1 new, 1 kept" in invoke("sweep", file, "--dry-run").stdout
     result = invoke("sweep", file, "--workers", 1)
-    assert "1 case of the last sweep not asked for any more; the runs stay" in result.stdout
+    assert "1 case of the last sweep not asked for any more: left out of" in result.stdout
+    assert result.stdout.count("mu_bar=1000-") == 1
     found = json.loads(invoke("sweep", "status", "twofold", "--json").stdout)
     assert found["counts"] == {
         "done": 2,
@@ -281,8 +283,41 @@ def test_the_texts_of_a_figure_are_those_asked_for(file, invoke, monkeypatch):
 def test_a_sweep_that_has_not_ended_is_drawn_from_its_runs(file, invoke):
     assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
     shutil.rmtree("twofold/sweep.zarr")
-    assert invoke("sweep", "plot", "twofold", "--out", "t.svg", "--dark").exit_code == 0
+    files = ("--out", "t.svg", "--out", "t.png")
+    result = invoke("sweep", "plot", "twofold", *files, "--dark")
+    assert result.stdout.split() == ["t.svg", "t.png"]
     assert Path("t.svg").is_file()
+    assert Path("t.png").is_file()
+
+
+def test_what_all_cases_have_alike_is_said_for_the_caption(file, invoke):
+    file.write_text(SWEEP.replace("[grid]\n", "[grid]\ninitial.angle = [1.0, 2.0]\n"))
+    assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
+    said = invoke("sweep", "plot", "twofold").stderr.partition("In all cases: ")[2]
+    for told in ("fiber.slenderness = 0.01", 'flow.kind = "shear"', "initial.amplitude = 0.1"):
+        assert told in said
+    for other in ("mu_bar", "angle", "record"):
+        assert other not in said
+
+
+def test_the_run_of_a_case_is_found_by_its_values(file, invoke):
+    assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
+    result = invoke("sweep", "find", "twofold", "mu_bar=9e3")
+    assert open_run(result.stdout.strip()).attrs["status"]
+    assert Path(result.stdout.strip()).name.startswith("mu_bar=10000-")
+    assert "It has mu_bar = 10000.0." in result.stderr
+    for values, said in (
+        ((), "NAME=VALUE: expected a value of each parameter, got none of mu_bar"),
+        (("mu=1",), "NAME=VALUE: expected a swept parameter: mu_bar"),
+        (("mu_bar",), "NAME=VALUE: expected NAME=VALUE, got 'mu_bar'"),
+    ):
+        result = invoke("sweep", "find", "twofold", *values)
+        assert (result.exit_code, said in result.stderr) == (2, True), result.stderr
+
+
+def test_that_all_results_can_be_trusted_is_said(file, invoke):
+    assert "can be trusted" in invoke("sweep", file, "--workers", 1).stdout
+    assert "2 done, all can be trusted" in invoke("sweep", "status", "twofold").stdout
 
 
 def test_the_cost_of_all_cases_is_the_mean_of_both_ends_over_the_processes():
@@ -332,9 +367,9 @@ def test_a_dataset_of_an_earlier_sweep_is_not_drawn(file, invoke):
     assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
     shutil.rmtree("twofold/sweep.zarr")
     Path("before").rename("twofold/sweep.zarr")  # as a kill leaves it
-    assert _dataset(Path("twofold")).sizes["mu_bar"] == 3
+    assert held_dataset(Path("twofold")).sizes["mu_bar"] == 3
     assert invoke("sweep", "collect", "twofold").exit_code == 0
-    assert _dataset(Path("twofold")).sizes["mu_bar"] == 3
+    assert held_dataset(Path("twofold")).sizes["mu_bar"] == 3
 
 
 def test_means_of_each_fiber_are_those_of_its_values(tmp_path, monkeypatch, invoke):

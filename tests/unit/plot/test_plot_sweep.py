@@ -11,7 +11,7 @@ import xarray as xr
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.variables import NATURAL_UNITS
 from stokesfibers.plot import save, sweep
-from stokesfibers.plot.sweep_along import Along
+from stokesfibers.plot.sweep_along import Along, label_of
 from stokesfibers.plot.sweep_data import cut
 from stokesfibers.plot.sweep_select import drawable
 from stokesfibers.plot.sweep_units import in_natural_units
@@ -83,7 +83,7 @@ def test_seeds_become_their_mean_with_its_standard_error():
     assert_close(found.values[0][known], expected[known], rtol=1e-12)
     assert_close(found.errors[0][known], 0.5 * expected[known] / np.sqrt(3.0), rtol=1e-12)
     assert np.argwhere(found.doubtful[0]).tolist() == [[0, 2]]
-    assert found.label == "elastic energy $E$ [force length]\nlargest over time, mean over seeds"
+    assert found.label == "largest elastic energy $E$ [force length]\nmean over seeds"
 
 
 def test_a_stored_mean_brings_its_own_error():
@@ -202,7 +202,7 @@ def test_series_of_seeds_have_a_band_and_their_label_says_what_was_averaged():
     low, high = band.get_paths()[0].get_extents().intervaly
     assert_close([low, high], [0.0, 2.0 * (20.0 + 10.0 / np.sqrt(3.0))], atol=1e-9)
     data["stress_mean"].attrs = {"long_name": "stress, mean over time", "symbol": "S"}
-    assert cut(data, "stress_mean", x=None, at={}).label == "stress $S$\nmean over time and seeds"
+    assert cut(data, "stress_mean", x=None, at={}).label == "mean stress $S$"
 
 
 def with_own_times() -> xr.Dataset:
@@ -319,7 +319,7 @@ def test_what_stays_is_named_and_what_divides_is_in_the_label():
     assert ax.get_title(loc="left") == r"$\bar\mu$ = $10^{4}$"
     found = cut(data, "energy_largest", per="mu_bar", at={"slenderness": 1e-2})
     assert_close(found.values[0, 0], np.full(4, 1e-2), rtol=1e-12)
-    assert found.label.startswith(r"elastic energy $E / \bar\mu$ [force length]")
+    assert found.label == "largest elastic energy\n$E / \\bar\\mu$ [force length]"
     found = cut(data, "stress_mean", per="mu_bar", at={"slenderness": 1e-2})
     assert found.errors is not None
     assert_close(found.errors[0, 0], np.full(4, 1e-3), rtol=1e-12)
@@ -413,6 +413,8 @@ def test_what_has_components_is_refused_by_name():
 def test_units_are_natural_where_the_dataset_says_so():
     data = swept()
     assert in_natural_units(data) is data
+    half = data.assign_attrs(unit_of_length="L")
+    assert in_natural_units(half) is half
     data.attrs |= NATURAL_UNITS
     for unit, said in (
         ("force length", "$E$/$L$"),
@@ -431,7 +433,7 @@ def test_units_are_natural_where_the_dataset_says_so():
         assert data["energy_largest"].attrs["units"] == unit
     data["energy_largest"].attrs["units"] = "force"
     label = cut(data, "energy_largest").label
-    assert label.startswith("elastic energy $E$ [$E$/$L$$^{2}$]")
+    assert label.startswith("largest elastic energy $E$ [$E$/$L$$^{2}$]")
 
 
 def test_lines_have_markers_of_their_own_and_numbers_as_they_are_written():
@@ -442,3 +444,26 @@ def test_lines_have_markers_of_their_own_and_numbers_as_they_are_written():
     (ax,) = sweep(data, "energy_largest", x="slenderness")
     said = [text.get_text() for text in ax.get_legend().get_texts()]
     assert said == ["0.1", "0.2", "0.4", "9"]
+
+
+@pytest.mark.parametrize(
+    ("said", "label"),
+    [
+        ("elastic energy, smallest over time", "smallest elastic energy $E$"),
+        ("elastic energy, at the end", "final elastic energy $E$"),
+        ("largest curvature, largest over time", "largest curvature $E$"),
+        ("elastic energy, mean over time", "mean elastic energy $E$"),
+        ("extra stress, all fibers", "extra stress $E$\nall fibers"),
+    ],
+)
+def test_what_was_taken_of_a_quantity_stands_before_it(said, label):
+    held = xr.DataArray(np.ones(2), attrs={"long_name": said, "symbol": "E"})
+    assert label_of(held, "any") == label
+
+
+def test_a_long_legend_title_is_the_symbol_with_its_unit():
+    attrs = {"symbol": r"\theta_0", "long_name": "initial angle to the x-axis", "units": "rad"}
+    data = swept().isel(seed=0, drop=True).rename(slenderness="angle")
+    data["angle"] = data["angle"].assign_attrs(attrs)
+    (ax,) = sweep(data, "energy_largest", x="mu_bar")
+    assert ax.get_legend().get_title().get_text() == r"$\theta_0$ [rad]"
