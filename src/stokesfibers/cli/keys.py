@@ -62,7 +62,7 @@ def _say_all() -> None:
         rows.append((f"[{name}]", ", ".join(_within(name, forms))))
     _print(rows)
     heading("Sweep file")
-    _print([(name, meaning) for name, meaning in _sweep_lines()])
+    _print(_sweep_lines())
     heading("Observables")
     _print([(where, ", ".join(names)) for where, names in _observables().items()])
     click.echo("\nMore of each: stokesfibers keys NAME, for instance flow, sweep or observables")

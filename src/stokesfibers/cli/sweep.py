@@ -224,7 +224,7 @@ def _say_how_it_ended(data: xr.Dataset, folder: Path, *, quiet: bool) -> int:
         say_doubts(int(attributes["doubtful"]), folder)
     say_unsettled(data)
     if not quiet:
-        say_end(done, cases, folder, trusted=not attributes["doubtful"])
+        say_end(done, cases, folder, trusted=not (failed or attributes["doubtful"]))
     return RUN_FAILED if failed else DONE
 
 

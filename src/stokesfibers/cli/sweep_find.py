@@ -34,7 +34,11 @@ def find(*, folder: Path, values: tuple[str, ...]) -> None:
     left = [d for d in swept if d in one.dims and one.sizes[d] > 1]
     if left:
         raise InputError("NAME=VALUE", "a value of each parameter", f"none of {', '.join(left)}")
-    click.echo(folder / one["run"].to_numpy().ravel()[0])
     held = one.coords.items()
-    told = [f"{name} = {toml_text(value.item())}" for name, value in held if not value.ndim]
-    click.echo(f"It has {', '.join(told)}.", err=True)
+    said = ", ".join(f"{n} = {toml_text(value.item())}" for n, value in held if not value.ndim)
+    path = folder / one["run"].to_numpy().ravel()[0]
+    if not path.exists():
+        got = f"{said}, which waits"
+        raise InputError("NAME=VALUE", "a case that has begun", got, "Run the sweep first.")
+    click.echo(path)
+    click.echo(f"It has {said}.", err=True)

@@ -313,6 +313,10 @@ def test_the_run_of_a_case_is_found_by_its_values(file, invoke):
     ):
         result = invoke("sweep", "find", "twofold", *values)
         assert (result.exit_code, said in result.stderr) == (2, True), result.stderr
+    shutil.rmtree(next(Path("twofold/runs").glob("mu_bar=1000-*")))
+    shutil.rmtree("twofold/sweep.zarr")
+    result = invoke("sweep", "find", "twofold", "mu_bar=1e3")
+    assert "a case that has begun, got mu_bar = 1000.0, which waits" in result.stderr
 
 
 def test_that_all_results_can_be_trusted_is_said(file, invoke):
