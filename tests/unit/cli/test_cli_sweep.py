@@ -155,6 +155,7 @@ def test_collect_names_a_run_that_was_changed(file, invoke, tmp_path):
         result = invoke("sweep", *words)
         assert result.exit_code == 3
         assert "The run cannot be read" in result.stderr
+        assert "can be trusted" not in result.stdout
         assert "'sweep --retry' runs the case anew" in result.stderr
     assert "1 failed" in invoke("sweep", "status", "twofold").stdout
     assert invoke("sweep", file, "--workers", 1, "--retry").exit_code == 0
@@ -206,6 +207,7 @@ def test_doubtful_results_are_counted_and_explained(tmp_path, monkeypatch, invok
     result = invoke("sweep", "rough.toml", "--workers", 1)
     assert result.exit_code == 0
     assert "cannot be trusted; 'stokesfibers sweep status rough' says why." in result.stderr
+    assert "can be trusted" not in result.stdout
     found = json.loads(invoke("sweep", "status", "rough", "--json").stdout)
     doubts = [state["doubt"] for state in found["states"]]
     assert found["doubtful"] == sum(map(bool, doubts)) > 0

@@ -11,6 +11,7 @@ import xarray as xr
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.variables import NATURAL_UNITS
 from stokesfibers.plot import save, sweep
+from stokesfibers.plot.style import time_colours
 from stokesfibers.plot.sweep_along import Along, label_of
 from stokesfibers.plot.sweep_data import cut
 from stokesfibers.plot.sweep_select import drawable
@@ -440,6 +441,8 @@ def test_lines_have_markers_of_their_own_and_numbers_as_they_are_written():
     data = swept().isel(seed=0, drop=True)
     (ax,) = sweep(data, "energy_largest", x="slenderness")
     assert len({line.get_marker() for line in ax.get_lines()} - {"none"}) == len(MU)
+    lightest = ax.get_legend().legend_handles[-1].get_color()
+    assert lightest == time_colours(np.array([0.0, 0.88, 1.0]))[1]
     data = data.assign_coords(mu_bar=[0.1, 0.2, 0.4, 9.0])
     (ax,) = sweep(data, "energy_largest", x="slenderness")
     said = [text.get_text() for text in ax.get_legend().get_texts()]
