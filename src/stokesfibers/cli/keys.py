@@ -25,32 +25,35 @@ Row = tuple[str, str]
 def keys(*, names: tuple[str, ...]) -> None:
     """Say what each key of the table NAME means, its kinds, units and defaults.
 
-    NAME is a table of the case file, such as flow or initial; 'sweep' for the sweep file; or
-    'observables' for what runs record and sweeps collect. Without NAME all are listed.
+    NAME is a table of the case file, such as flow or initial; one kind of it, such as
+    flow.oscillatory_shear; 'sweep' for the sweep file; or 'observables' for what runs record and
+    sweeps collect. Without NAME all are listed.
     """
     if not names:
         _say_all()
-    for name in map(_checked, names):
-        if name == _OBSERVABLES:
+    for table, kind in map(_checked, names):
+        if table == _OBSERVABLES:
             _say_observables()
-        elif name == _SWEEP:
+        elif table == _SWEEP:
             _say_sweep()
         else:
-            _say_table(name)
+            _say_table(table, kind)
 
 
-def _checked(name: str) -> str:
+def _checked(name: str) -> tuple[str, str]:
+    """Return the table and the kind that `name` asks for, which is empty for all of them."""
     from stokesfibers.config.reference import case_forms
     from stokesfibers.core.errors import InputError
     from stokesfibers.core.tables import did_you_mean
 
     known = ["engine", *case_forms(), _SWEEP, _OBSERVABLES]
-    table = name.strip("[]").partition(".")[0]
+    table, _, kind = name.strip("[]").partition(".")
     if table not in known:
         raise InputError(
             "NAME", f"one of {', '.join(known)}", repr(name), did_you_mean(name, known)
         )
-    return table
+    kinds = {form.kind for form in case_forms().get(table, ())}
+    return table, kind if kind in kinds else ""
 
 
 def _say_all() -> None:
@@ -79,7 +82,7 @@ def _within(name: str, forms: Iterable[TableForm]) -> Iterator[str]:
     yield from dict.fromkeys(form.path.rpartition(".")[2] for form in forms if form not in own)
 
 
-def _say_table(name: str) -> None:
+def _say_table(name: str, kind: str) -> None:
     from stokesfibers.config.reference import case_forms, engine_line
 
     if name == "engine":
@@ -87,6 +90,8 @@ def _say_table(name: str) -> None:
         _print([_row(engine_line())])
         return
     for form in case_forms()[name]:
+        if kind not in ("", form.kind):
+            continue
         heading(f"[{form.path}]" + (f' kind = "{form.kind}"' if form.kind else ""))
         if form.meaning:
             click.echo(f"  {form.meaning}")

@@ -30,6 +30,7 @@ from stokesfibers.cli.sweep_words import (
     say_end,
     say_failures,
     say_plan,
+    say_ranges,
     say_tally,
     say_unsettled,
 )
@@ -224,6 +225,7 @@ def _say_how_it_ended(data: xr.Dataset, folder: Path, *, quiet: bool) -> int:
         say_doubts(int(attributes["doubtful"]), folder)
     say_unsettled(data)
     if not quiet:
+        say_ranges(data)
         say_end(done, cases, folder, trusted=not (failed or attributes["doubtful"]))
     return RUN_FAILED if failed else DONE
 

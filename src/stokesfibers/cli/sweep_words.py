@@ -33,7 +33,6 @@ COLOURS = {
 _FORM = "{desc} |{bar}| {percentage:3.0f} %{postfix}"
 _MOST_LISTED = 12
 _MOST_PLANNED = 6
-_MOST_REMOVED = 3
 _DOUBT_SECONDS = 5.0
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(\.\d+)?(e[-+]?\d+)?(?!\w)")
 
@@ -81,10 +80,7 @@ def say_changes(change: Change, cases: int, folder: Path) -> None:
     click.echo(f"{plural(cases, 'case')} in {folder}: {', '.join(parts)}.")
     if change.removed:
         count = plural(len(change.removed), "case")
-        click.echo(f"{count} of the last sweep not asked for any more: left out of the dataset,")
-        click.echo(f"kept in {folder / 'runs'} for when they are asked for again:")
-        lines((name,) for name in change.removed[:_MOST_REMOVED])
-        _say_rest(len(change.removed) - _MOST_REMOVED)
+        click.echo(f"{count} of the last sweep not asked for any more: left out, kept on disk.")
 
 
 def say_plan(plan: Plan) -> None:
@@ -217,6 +213,20 @@ def say_unsettled(data: xr.Dataset) -> None:
     unsettled = sum(int((values == 0.0).sum()) for values in held)
     if unsettled:
         warn(f"{unsettled} of {plural(means, 'mean')} over time have not settled: run longer.")
+
+
+def say_ranges(data: xr.Dataset) -> None:
+    """Print least and largest value of each number that was collected."""
+    import numpy as np
+
+    from stokesfibers.plot.sweep_select import collected
+
+    rows = []
+    for name in collected(data):
+        known = data[name].to_numpy()[np.isfinite(data[name].to_numpy())]
+        if known.size:
+            rows.append((name, f"{known.min():.4g} to {known.max():.4g}"))
+    lines(rows)
 
 
 def say_end(done: int, cases: int, folder: Path, *, trusted: bool) -> None:

@@ -24,6 +24,8 @@ from stokesfibers.core.tables import (
 from stokesfibers.fiber.curves import Curve
 from stokesfibers.fiber.initial import AbstractInitial, FromFile, NearlyStraight, Straight
 from stokesfibers.fiber.initials import INITIALS
+from stokesfibers.flow.base import to_dict
+from stokesfibers.flow.period import period_of
 from stokesfibers.problem.doubt import Plan
 from stokesfibers.problem.flow_tables import resolved_flow
 from stokesfibers.problem.problem import Problem
@@ -206,14 +208,27 @@ def case_from_tables(
     if isinstance(initial, FromFile):
         initial = replace(initial, path=str((folder / initial.path).resolve()))
     stepping = as_table(tables.get("stepping", {}), "stepping")
-    if "until" not in stepping:
-        raise InputError("stepping.until", "the time to stop", "nothing")
-    until = checks.positive("stepping.until", stepping["until"])
+    until = _until(stepping, problem)
     record = as_table(tables.get("record", {}), "record")
     record.setdefault("positions_every", until / 200.0)
     flow = resolved_flow(problem.flow, tables.get("flow", {}), folder)
     chosen = build(Schedule, record, "record")
     return Case(problem, initial, until, chosen, flow, _stop(tables.get("stop", [])))
+
+
+def _until(stepping: Mapping[str, Any], problem: Problem) -> float:
+    """Return the time to stop, which may be given in cycles of the flow."""
+    if "cycles" not in stepping:
+        if "until" not in stepping:
+            raise InputError("stepping.until", "the time to stop", "nothing")
+        return checks.positive("stepping.until", stepping["until"])
+    if "until" in stepping:
+        raise InputError("stepping", "either until or cycles", "both")
+    period = period_of(to_dict(problem.flow))
+    if period is None:
+        hint = "Give stepping.until instead."
+        raise InputError("stepping.cycles", "a flow that oscillates", problem.flow.kind, hint)
+    return period * checks.positive("stepping.cycles", stepping["cycles"])
 
 
 def _refuse_units_left_open(tables: Mapping[str, Any]) -> None:

@@ -6,14 +6,13 @@ read. It says what an editor needs to complete keys, explain them and mark unkno
 
 from __future__ import annotations
 
-import inspect
-import re
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields
 from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from stokesfibers.config.docstrings import meanings, summary
 from stokesfibers.constraint.coupled import TENSION_SOLVERS
 from stokesfibers.domain import Free, Periodic, Sheared
 from stokesfibers.fiber.initial import NearlyStraight
@@ -48,7 +47,13 @@ def case_schema() -> Schema:
     engine = {place: _engine_keys(place) for place in ("discretization", "stepping", "constraint")}
     fluid = _properties(Problem, ("mu_bar", "viscosity"))
     fiber = {**record_schema(Fiber), "oneOf": _one_of("slenderness", "radius")}
-    until = {"type": "number", "description": "Time to stop."}
+    ends = {
+        "until": {"type": "number", "description": "Time to stop. Give this or 'cycles'."},
+        "cycles": {
+            "type": "number",
+            "description": "Time to stop, in cycles of an oscillating flow. Give this or 'until'.",
+        },
+    }
     return {
         "$schema": _DIALECT,
         "title": "A case of stokesfibers",
@@ -58,7 +63,7 @@ def case_schema() -> Schema:
                 "engine": {
                     "enum": sorted(ENGINES, key=lambda kind: kind != SpectralEngine.kind),
                     "default": SpectralEngine.kind,
-                    "description": " ".join(f"{k}: {_summary(c)}" for k, c in ENGINES.items()),
+                    "description": " ".join(f"{k}: {summary(c)}" for k, c in ENGINES.items()),
                 },
                 "fiber": {
                     "oneOf": [
@@ -76,7 +81,10 @@ def case_schema() -> Schema:
                     {**engine["constraint"], **_named("solver", TENSION_SOLVERS)}
                 ),
                 "discretization": _object(engine["discretization"]),
-                "stepping": _object({**engine["stepping"], "until": until}, ["until"]),
+                "stepping": {
+                    **_object({**engine["stepping"], **ends}),
+                    "oneOf": _one_of("until", "cycles"),
+                },
                 "record": {**record_schema(Schedule), "required": []},
                 "stop": {
                     "oneOf": [
@@ -137,8 +145,8 @@ def _flows() -> list[Schema]:
     several = {"kind": {"const": SumOfFlows.kind}, "flows": parts}
     return [
         *(_flow(cls) for cls in FLOWS.values()),
-        {**_object(several, ["kind", "flows"]), "description": _summary(SumOfFlows)},
-        {**_object(source, ["kind", "file"]), "description": _summary(UserFlow)},
+        {**_object(several, ["kind", "flows"]), "description": summary(SumOfFlows)},
+        {**_object(source, ["kind", "file"]), "description": summary(UserFlow)},
     ]
 
 
@@ -149,7 +157,7 @@ def _python_load() -> Schema:
         "density": {**_TEXT, "description": "Name of its function g(points, time)."},
         "sha256": {**_TEXT, "description": "Refuse the file unless it has this checksum."},
     }
-    return {**_object(source, ["kind", "file"]), "description": _summary(UserLoad)}
+    return {**_object(source, ["kind", "file"]), "description": summary(UserLoad)}
 
 
 def _flow(cls: type[AbstractFlow]) -> Schema:
@@ -214,7 +222,7 @@ def record_schema(cls: type) -> Schema:
     Meanings are those of the section Attributes of its docstring.
     """
     needed = [f.name for f in _fields(cls) if _default(f) is MISSING]
-    return {**_object(_properties(cls), needed), "description": _summary(cls)}
+    return {**_object(_properties(cls), needed), "description": summary(cls)}
 
 
 def _object(properties: Mapping[str, Schema], required: list[str] | None = None) -> Schema:
@@ -231,13 +239,13 @@ def _one_of(*names: str) -> list[Schema]:
 
 
 def _properties(cls: type, names: tuple[str, ...] | None = None) -> dict[str, Schema]:
-    hints, meanings = get_type_hints(cls), _meanings(cls)
+    hints, said = get_type_hints(cls), meanings(cls)
     found = {}
     for f in _fields(cls):
         if names is None or f.name in names:
             found[f.name] = _of_type(hints[f.name])
-            if f.name in meanings:
-                found[f.name]["description"] = meanings[f.name]
+            if f.name in said:
+                found[f.name]["description"] = said[f.name]
             if _default(f) not in (MISSING, None):
                 default = _default(f)
                 found[f.name]["default"] = list(default) if isinstance(default, tuple) else default
@@ -268,26 +276,3 @@ def _of_type(hint: Any) -> Schema:
             return {"type": "array", "items": item}
         return {"type": "array", "items": item, "minItems": len(parts), "maxItems": len(parts)}
     return {"type": _TYPES[hint]}
-
-
-def _summary(cls: type) -> str:
-    """Return the first line of a docstring."""
-    return _in_toml(inspect.cleandoc(cls.__doc__ or "").partition("\n")[0])
-
-
-def _meanings(cls: type) -> dict[str, str]:
-    """Return the texts of the section Attributes of a numpydoc docstring, by name."""
-    text = inspect.cleandoc(cls.__doc__ or "")
-    _, _, section = text.partition("Attributes\n----------\n")
-    section = re.split(r"\n\w+\n-{3,}\n", section)[0]
-    found: dict[str, str] = {}
-    for names, meaning in re.findall(r"^(\w[\w, ]*)\n((?:[ \t]+.*\n?|\n)+)", section, re.M):
-        for name in names.split(","):
-            found[name.strip()] = _in_toml(" ".join(meaning.split()))
-    return found
-
-
-def _in_toml(text: str) -> str:
-    """Return a meaning as it is said of a file, where a key that is None is left out."""
-    text = text.replace("``", "").replace("`", "'")
-    return text.replace("if None", "if left out").replace("None for", "default")

@@ -23,6 +23,8 @@ _RIVALS = {
     "intervals": ("nodes", "adapt_nodes"),
     "nodes": ("intervals",),
     "adapt_nodes": ("intervals",),
+    "until": ("cycles",),
+    "cycles": ("until",),
 }
 """Keys that say the same thing another way; the new one replaces them."""
 

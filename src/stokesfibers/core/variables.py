@@ -140,7 +140,7 @@ _OBSERVABLES: tuple[tuple[str, tuple[str, ...], str, str, str], ...] = (
         "end_to_end_distance",
         ("fiber",),
         "length",
-        r"|\mathbf{x}(L)-\mathbf{x}(0)|",
+        "R",
         "end-to-end distance",
     ),
     ("centre", ("fiber", "space"), "length", r"\bar{\mathbf{x}}", "centre of mass of a fiber"),

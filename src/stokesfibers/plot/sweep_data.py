@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _SEED = "seed"
+_ALIKE = 1e-6  # relative; less is noise at any tolerance of a run
 
 
 @dataclass(frozen=True)
@@ -103,6 +104,9 @@ def cut(
 
 def _notes(data: xr.Dataset, name: str, values: Floats, doubtful: NDArray[Any]) -> Iterator[str]:
     known = np.isfinite(values).any(axis=-1) if _is_series(data[name]) else None
+    finite = values[np.isfinite(values)]
+    if finite.size > 1 and np.ptp(finite) <= _ALIKE * np.abs(finite).max():
+        yield f"all values of {name} are the same to a part in a million"
     shown = np.isfinite(values) if known is None else known
     odd = shown & (doubtful if known is None else doubtful.any(axis=-1))
     if odd.any():

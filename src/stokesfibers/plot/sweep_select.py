@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 SERIES = ("time", "record")
 """Dimensions of series: of common times, or of each case's own."""
 _OWN = ("time_reached", "wall_time")
+_TAKEN = ("largest", "smallest", "final", "mean")
 _OF_MEANS = ("_mean_error", "_mean_settled")
 
 
@@ -33,10 +34,18 @@ def drawable(data: xr.Dataset) -> list[str]:
         and name not in SERIES
         and {*map(str, held.dims)} <= plain
     ]
-    late = {n: (n in _OWN, n.endswith("_time"), bool({*SERIES} & {*data[n].dims})) for n in numeric}
     asked = _asked(data)
     place = {name: k for k, name in enumerate(asked)}
-    return sorted(numeric, key=lambda n: (late[n], place.get(n, len(asked))))
+    return sorted(numeric, key=lambda n: (_late(data, n), place.get(n, len(asked))))
+
+
+def collected(data: xr.Dataset) -> list[str]:
+    """Return the names of what was collected and is one number for each case, or each fiber."""
+    return [name for name in drawable(data) if not any(_late(data, name))]
+
+
+def _late(data: xr.Dataset, name: str) -> tuple[bool, bool, bool]:
+    return name in _OWN, name.endswith("_time"), bool({*SERIES} & {*data[name].dims})
 
 
 def _asked(data: xr.Dataset) -> list[str]:
@@ -50,6 +59,12 @@ def _asked(data: xr.Dataset) -> list[str]:
     ]
 
 
+def _turned(name: str | None) -> str | None:
+    """Return ``smallest_gap_largest`` for ``largest_smallest_gap``; other names as they are."""
+    taken, _, quantity = (name or "").partition("_")
+    return f"{quantity}_{taken}" if taken in _TAKEN and quantity else name
+
+
 def checked(data: xr.Dataset, name: str | None) -> str:
     """Return the name of a variable that can be drawn, by default the first collected one.
 
@@ -59,6 +74,8 @@ def checked(data: xr.Dataset, name: str | None) -> str:
         If it cannot, or no case is done that could give one.
     """
     names = drawable(data)
+    if name not in names:
+        name = _turned(name)
     if name is None and (not names or names[0] in _OWN):
         got = f"none of {data['status'].size} done"
         raise InputError("name", "a sweep with a case that is done, and numbers collected", got)

@@ -43,7 +43,7 @@ TABLES = (
     "load",
 )
 """Top-level keys that describe the problem; a case file has others beside them."""
-_OTHER_KEYS = {"discretization": (), "stepping": ("until",), "constraint": SOLVER_KEYS}
+_OTHER_KEYS = {"discretization": (), "stepping": ("until", "cycles"), "constraint": SOLVER_KEYS}
 
 
 def problem_from_tables(

@@ -95,8 +95,7 @@ def test_status_tells_counts_and_how_to_go_on(file, invoke):
     file.write_text(SWEEP.replace("[1e3, 1e4]", "[1e4, 1e5]"))
     assert "1 new, 1 kept" in invoke("sweep", file, "--dry-run").stdout
     result = invoke("sweep", file, "--workers", 1)
-    assert "1 case of the last sweep not asked for any more: left out of" in result.stdout
-    assert result.stdout.count("mu_bar=1000-") == 1
+    assert "1 case of the last sweep not asked for any more: left out, kept" in result.stdout
     found = json.loads(invoke("sweep", "status", "twofold", "--json").stdout)
     assert found["counts"] == {
         "done": 2,
@@ -319,6 +318,14 @@ def test_the_run_of_a_case_is_found_by_its_values(file, invoke):
     shutil.rmtree("twofold/sweep.zarr")
     result = invoke("sweep", "find", "twofold", "mu_bar=1e3")
     assert "a case that has begun, got mu_bar = 1000.0, which waits" in result.stderr
+
+
+def test_the_range_of_what_was_collected_is_said(file, invoke):
+    said = invoke("sweep", file, "--workers", 1).stdout
+    data = xr.open_zarr("twofold/sweep.zarr").load()
+    held = data["elastic_energy_final"].to_numpy()
+    assert f"  elastic_energy_final  {held.min():.4g} to {held.max():.4g}\n" in said
+    assert "wall_time" not in said
 
 
 def test_that_all_results_can_be_trusted_is_said(file, invoke):

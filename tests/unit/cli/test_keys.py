@@ -101,3 +101,10 @@ def test_an_unknown_name_is_refused(name, hint):
 
 def test_a_table_may_be_written_as_in_the_file():
     assert said("[flow]") == said("flow") == said("flow.rate")
+
+
+def test_one_kind_may_be_asked_for():
+    told = said("flow.oscillatory_shear")
+    assert told.count("kind = ") == 1
+    assert "frequency" in told
+    assert told in said("flow")

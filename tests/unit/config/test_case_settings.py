@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -350,3 +351,45 @@ def test_a_viscosity_in_units_needs_length_and_rigidity_in_them(key, several):
         case_from_tables(tables)
     tables["fluid"] = {"mu_bar": 1e3}
     assert case_from_tables(tables).problem.mu_bar == 1e3
+
+
+CYCLES = {
+    "fiber": {"slenderness": 1e-2},
+    "fluid": {"mu_bar": 1e3},
+    "flow": {"kind": "oscillatory_shear", "frequency": 0.25},
+    "stepping": {"cycles": 3.0},
+}
+
+
+def test_the_time_to_stop_may_be_in_cycles_of_the_flow():
+    case = case_from_tables(CYCLES)
+    assert case.until == 12.0
+    assert case.record.positions_every == 12.0 / 200.0
+    again = case_from_tables(case.tables())
+    assert (again.until, "cycles" in again.tables()["stepping"]) == (12.0, False)
+
+
+@pytest.mark.parametrize(
+    ("change", "fragment"),
+    [
+        (
+            {"flow": {"kind": "shear"}},
+            "stepping.cycles: expected a flow that oscillates, got shear",
+        ),
+        ({"stepping": {"cycles": 3.0, "until": 1.0}}, "stepping: expected either until or cycles"),
+        ({"stepping": {"cycles": -1.0}}, "stepping.cycles: expected a finite number above zero"),
+        ({"stepping": {}}, "stepping.until: expected the time to stop, got nothing"),
+    ],
+    ids=str,
+)
+def test_cycles_that_cannot_be_are_refused(change, fragment):
+    with pytest.raises(InputError, match=re.escape(fragment)):
+        case_from_tables(CYCLES | change)
+
+
+def test_until_and_cycles_replace_each_other():
+    tables = {"stepping": {"until": 3.0}}
+    apply_setting(tables, "stepping.cycles=4")
+    assert tables == {"stepping": {"cycles": 4}}
+    apply_setting(tables, "stepping.until=5.0")
+    assert tables == {"stepping": {"until": 5.0}}

@@ -406,6 +406,24 @@ def test_the_first_number_of_the_sweep_file_is_drawn_by_itself():
         assert drawable(data)[0] == first
 
 
+@pytest.mark.parametrize("taken", ["largest", "smallest", "final", "mean"])
+def test_a_name_may_be_turned_round(taken):
+    data = swept().isel(seed=0, drop=True)
+    data[f"energy_{taken}"] = data["energy_largest"]
+    label = cut(data, f"energy_{taken}").label
+    assert cut(data, f"{taken}_energy").label == label
+    with pytest.raises(InputError, match="'energy_other'"):
+        cut(data, "energy_other")
+
+
+def test_numbers_that_are_all_the_same_are_noise():
+    data = swept().isel(seed=0, slenderness=0, drop=True)
+    for spread, alike in ((2e-6, False), (5e-7, True)):
+        data["stress_mean"] = ("mu_bar", 1.0 + spread * np.arange(4) / 3.0)
+        notes = cut(data, "stress_mean").notes
+        assert any("the same to a part in a million" in note for note in notes) is alike
+
+
 def test_what_has_components_is_refused_by_name():
     with pytest.raises(InputError, match="It has components"):
         cut(swept(), "tensor")
