@@ -67,7 +67,8 @@ class Along:
         """The values as they are written: as short as tells them apart."""
         if self.numbers is None:
             return _kinds([str(value) for value in self.values])
-        write = power_text if self.is_log and not plain(self.values) else _plain
+        large = bool((np.nan_to_num(self.numbers, nan=np.inf) >= _PLAIN[1]).all())
+        write = power_text if large or (self.is_log and not plain(self.values)) else _plain
         few = [write(float(v), _FEW_DIGITS) for v in self.values]
         apart = len(set(few)) == len(set(self.values))
         return few if apart else [write(float(v), _MANY_DIGITS) for v in self.values]

@@ -341,6 +341,7 @@ def test_what_stays_is_named_and_what_divides_is_in_the_label():
         ((1.0, 2.0, 3.0, 4.0, 5.0), False, ["1", "2", "3", "4", "5"]),
         ((1.0001, 1.0002), False, ["1.0001", "1.0002"]),
         ((1.0, 40.0), True, ["1", "40"]),
+        ((1e4, 1.5e5), False, ["$10^{4}$", r"$1.5\times10^{5}$"]),
         (('{kind = "shear", rate = 1.0}', '{kind = "extension"}'), False, ["shear", "extension"]),
         (('{kind = "shear", rate = 1.0}', '{kind = "shear"}'), False, None),
     ],
