@@ -92,12 +92,17 @@ def test_restart_before_the_flip_is_bitwise_no_restart(stop, whole, tmp_path):
     assert_same(resume(out).data, whole)
 
 
-def test_a_whole_strain_of_the_lattice_changes_nothing(whole):
-    """Strain s and s - Lx / Ly span the same lattice."""
-    other = run(replace(PROBLEM, domain=CELL.at(-1.6 / 1.5)))
+def test_a_whole_strain_of_the_lattice_changes_nothing():
+    """Strain s and s - Lx / Ly span the same lattice.
+
+    Steps are fixed: rounding may turn the choice of an order, and with it the error of the steps.
+    """
+    fixed = replace(PROBLEM, engine=SpectralEngine(nodes=10, dt=0.02, order=2))
+    here = run(fixed)
+    other = run(replace(fixed, domain=CELL.at(-1.6 / 1.5)))
     for name in ("shear_stress", "smallest_gap", "centre"):
-        assert_close(values(other.data, name), values(whole, name), rtol=1e-9)
-    assert_close(values(other.data, "strain"), values(whole, "strain") - 1.6 / 1.5, atol=1e-12)
+        assert_close(values(other.data, name), values(here.data, name), rtol=1e-9)
+    assert_close(values(other.data, "strain"), values(here.data, "strain") - 1.6 / 1.5, atol=1e-12)
 
 
 def test_fibers_moved_by_lattice_vectors_run_alike(whole):

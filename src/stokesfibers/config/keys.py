@@ -81,7 +81,7 @@ _ALL = (
     ("load.sha256", "", "", "checksum of the load's Python file"),
     ("initial.kind", "", "", "kind of initial shapes"),
     ("initial.angle", "rad", r"\theta_0", "initial angle to the x-axis"),
-    ("initial.amplitude", "1", "d_y", "initial amplitude"),
+    ("initial.amplitude", "1", "d_y", "256 initial bend / L"),
     ("initial.centre", "length", "", "initial mid-point"),
     ("initial.seed", "1", "", "seed of the initial shapes"),
     ("initial.box", "length", "", "box of the initial mid-points"),
