@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import click
 
 from stokesfibers.cli.failure import guarded
-from stokesfibers.cli.words import heading, lines
+from stokesfibers.cli.words import heading
 
 if TYPE_CHECKING:
     from stokesfibers.config.reference import KeyLine, TableForm
 
 _WIDEST = 110
+_LISTS = ("fiber", "stop")
 _OBSERVABLES, _SWEEP = "observables", "sweep"
 Row = tuple[str, str]
 
@@ -41,23 +42,33 @@ def keys(*, names: tuple[str, ...]) -> None:
 
 
 def _checked(name: str) -> tuple[str, str]:
-    """Return the table and the kind that `name` asks for, which is empty for all of them."""
+    """Return the table, and what of it `name` asks for: a kind, a table in it, or all, empty."""
+    from stokesfibers.config.keys import key_at
     from stokesfibers.config.reference import case_forms
     from stokesfibers.core.errors import InputError
     from stokesfibers.core.tables import did_you_mean
+    from stokesfibers.study.sweep_plan import SWEEP_KEYS
 
+    path = name if key_at(name) else name.strip("[]")
+    table, _, rest = path.partition(".")
+    table = table.partition("[")[0]
+    if table in {key.strip("[]") for key in SWEEP_KEYS}:
+        return _SWEEP, ""
+    forms = case_forms().get(table, ())
+    parts = {form.kind for form in forms} | {form.path for form in forms} - {"", table}
     known = ["engine", *case_forms(), _SWEEP, _OBSERVABLES]
-    table, _, kind = name.strip("[]").partition(".")
-    if table not in known:
-        raise InputError(
-            "NAME", f"one of {', '.join(known)}", repr(name), did_you_mean(name, known)
-        )
-    kinds = {form.kind for form in case_forms().get(table, ())}
-    return table, kind if kind in kinds else ""
+    if table in known and rest and not key_at(path) and not {rest, path} & parts:
+        kinds = [f"{table}.{form.kind}" for form in forms if form.kind and form.path == table]
+        known = [*kinds, *sorted(part for part in parts if "." in part)]
+    elif table in known:
+        return table, next((part for part in (rest, path) if part in parts), "")
+    hint = did_you_mean(name, known)
+    raise InputError("NAME", f"one of {', '.join(known)}", repr(name), hint)
 
 
 def _say_all() -> None:
     from stokesfibers.config.reference import case_forms
+    from stokesfibers.study.sweep_plan import SWEEP_KEYS
 
     heading("Case file")
     rows: list[Row] = [("engine", "spectral, paper")]
@@ -65,7 +76,7 @@ def _say_all() -> None:
         rows.append((f"[{name}]", ", ".join(_within(name, forms))))
     _print(rows)
     heading("Sweep file")
-    _print(_sweep_lines())
+    _print(SWEEP_KEYS.items())
     heading("Observables")
     _print([(where, ", ".join(names)) for where, names in _observables().items()])
     click.echo("\nMore of each: stokesfibers keys NAME, for instance flow, sweep or observables")
@@ -82,7 +93,7 @@ def _within(name: str, forms: Iterable[TableForm]) -> Iterator[str]:
     yield from dict.fromkeys(form.path.rpartition(".")[2] for form in forms if form not in own)
 
 
-def _say_table(name: str, kind: str) -> None:
+def _say_table(name: str, part: str) -> None:
     from stokesfibers.config.reference import case_forms, engine_line
 
     if name == "engine":
@@ -90,11 +101,14 @@ def _say_table(name: str, kind: str) -> None:
         _print([_row(engine_line())])
         return
     for form in case_forms()[name]:
-        if kind not in ("", form.kind):
+        if part not in ("", form.kind, form.path):
             continue
-        heading(f"[{form.path}]" + (f' kind = "{form.kind}"' if form.kind else ""))
+        said = f"[{form.path}]" + (f' kind = "{form.kind}"' if form.kind else "")
+        if form.path in _LISTS:
+            said += f", or [[{form.path}]] for several"
+        heading(said + (", if the table is left out" if form.default else ""))
         if form.meaning:
-            click.echo(f"  {form.meaning}")
+            click.echo(click.wrap_text(form.meaning, _width(), "  ", "  "))
         _print(map(_row, form.keys))
 
 
@@ -102,19 +116,14 @@ def _row(key: KeyLine) -> Row:
     return key.name, key.meaning
 
 
-def _sweep_lines() -> Iterator[Row]:
-    from stokesfibers.study.sweep_plan import SWEEP_KEYS
-
-    yield from SWEEP_KEYS.items()
-
-
 def _say_sweep() -> None:
     from stokesfibers.config.reference import form_of
     from stokesfibers.config.schema import record_schema
     from stokesfibers.study.sweep_collect import Collect
+    from stokesfibers.study.sweep_plan import SWEEP_KEYS
 
     heading("Sweep file")
-    _print(_sweep_lines())
+    _print(SWEEP_KEYS.items())
     heading("[collect]")
     _print(map(_row, form_of("collect", record_schema(Collect)).keys))
     click.echo("\nWhat can be collected: stokesfibers keys observables")
@@ -139,7 +148,7 @@ def _say_observables() -> None:
             unit = "" if variable.unit == "1" else f" [{variable.unit}]"
             meaning = variable.meaning.replace("$", "")
             rows.append((name, f"{meaning.removesuffix(' of a fiber')}{of}{parts}{unit}"))
-        lines(rows)
+        _print(rows)
     click.echo("\nSweeps take largest, smallest and mean of numbers, series and final of all.")
 
 
@@ -148,8 +157,11 @@ def _print(rows: Iterable[Row]) -> None:
     rows = list(rows)
     if not rows:
         return
-    width = min(shutil.get_terminal_size().columns, _WIDEST)
-    formatter = click.HelpFormatter(width=width)
+    formatter = click.HelpFormatter(width=_width())
     formatter.indent()
     formatter.write_dl(rows, col_max=34)
     click.echo(formatter.getvalue(), nl=False)
+
+
+def _width() -> int:
+    return min(shutil.get_terminal_size().columns, _WIDEST)

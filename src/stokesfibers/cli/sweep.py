@@ -223,10 +223,10 @@ def _say_how_it_ended(data: xr.Dataset, folder: Path, *, quiet: bool) -> int:
         say_failures(folder)
     if attributes["doubtful"]:
         say_doubts(int(attributes["doubtful"]), folder)
-    say_unsettled(data)
+    settled = say_unsettled(data)
     if not quiet:
         say_ranges(data)
-        say_end(done, cases, folder, trusted=not (failed or attributes["doubtful"]))
+        say_end(done, cases, folder, trusted=settled and not (failed or attributes["doubtful"]))
     return RUN_FAILED if failed else DONE
 
 

@@ -31,14 +31,16 @@ def find(*, folder: Path, values: tuple[str, ...]) -> None:
     swept = list(map(str, data["run"].dims))
     with named_as_typed({"at": "NAME=VALUE"}):
         one, _ = stay(data, swept, dict(map(stay_at, values)))
-    left = [d for d in swept if d in one.dims and one.sizes[d] > 1]
+    one = one.squeeze([d for d in swept if d in one.dims and one.sizes[d] == 1])
+    left = [d for d in swept if d in one.dims]
     if left:
         raise InputError("NAME=VALUE", "a value of each parameter", f"none of {', '.join(left)}")
-    held = one.coords.items()
-    said = ", ".join(f"{n} = {toml_text(value.item())}" for n, value in held if not value.ndim)
+    held = {str(name): value.item() for name, value in one.coords.items() if not value.ndim}
+    known = {name: value for name, value in held.items() if value == value}  # a NaN is left out
+    said = ", ".join(f"{name} = {toml_text(value)}" for name, value in known.items())
     path = folder / one["run"].to_numpy().ravel()[0]
     if not path.exists():
         got = f"{said}, which waits"
         raise InputError("NAME=VALUE", "a case that has begun", got, "Run the sweep first.")
     click.echo(path)
-    click.echo(f"It has {said}.", err=True)
+    click.echo(f"It has {said}." if said else "It is the only case.", err=True)

@@ -82,7 +82,7 @@ def plot_sweep(
     with named_as_typed(_TYPED):
         chosen = checked(data, name)
         beside = folder.resolve().with_name(f"{folder.resolve().name}-{chosen}.png")
-        targets = out or (beside,)
+        targets = tuple(dict.fromkeys(out)) or (beside,)
         with replacing(*targets), on(DARK if dark else LIGHT):
             for target in targets:
                 checked_path(target)
@@ -91,12 +91,16 @@ def plot_sweep(
             for ax in drawn:
                 ax.set_ylabel(label if label and ax.get_ylabel() else ax.get_ylabel())
                 ax.set_xlabel(xlabel or ax.get_xlabel())
-                if legend and ax.get_legend() is not None:
-                    ax.get_legend().set_title(legend)
+            legends = [ax.get_legend() for ax in drawn if ax.get_legend() is not None]
+            for one in legends if legend else ():
+                one.set_title(legend)
+            if legend and not legends:
+                warn("the figure has no legend, and --legend no effect.")
             for target in targets:
                 click.echo(save(drawn, target, dpi))
         for note in cut(data, chosen, **given).notes:
             warn(f"{note}.")
     if name is None and others:
         click.echo(f"It shows {chosen}; there are also: {', '.join(others)}.", err=True)
-    click.echo(f"In all cases: {caption(SweepFolder(folder).plan())}.", err=True)
+    if shared := caption(SweepFolder(folder).plan()):
+        click.echo(f"In all cases: {shared}.", err=True)

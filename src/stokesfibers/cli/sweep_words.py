@@ -97,8 +97,12 @@ def _axis_row(axis: Axis) -> tuple[str, ...]:
     """Return name, number of values, first and last one, and the paths of a dimension."""
     from stokesfibers.study.sweep_values import word
 
-    ends = (word(value) for point in (axis.points[0], axis.points[-1]) for value in point.values())
-    span = " to ".join(ends) if len(axis.paths) == 1 else ""
+    (path, *others), ends = axis.paths, (axis.points[0], axis.points[-1])
+    values = [point.get(path) for point in ends]
+    told = [word(v.get("kind", v) if isinstance(v, dict) else v) for v in values]
+    if axis.labels:
+        told = [axis.labels[0], axis.labels[-1]]
+    span = "" if others and not axis.labels else " to ".join(dict.fromkeys(told))
     return axis.name, str(len(axis.points)), span, ", ".join(axis.paths)
 
 
@@ -206,13 +210,14 @@ def say_doubts(doubtful: int, folder: Path) -> None:
     warn(f"{plural(doubtful, 'result')} cannot be trusted; {where}.")
 
 
-def say_unsettled(data: xr.Dataset) -> None:
-    """Print how many means over time have not settled."""
+def say_unsettled(data: xr.Dataset) -> bool:
+    """Print how many means over time have not settled; return whether all have."""
     held = [values for name, values in data.items() if str(name).endswith("_mean_settled")]
     means = sum(int(values.notnull().sum()) for values in held)
     unsettled = sum(int((values == 0.0).sum()) for values in held)
     if unsettled:
         warn(f"{unsettled} of {plural(means, 'mean')} over time have not settled: run longer.")
+    return unsettled == 0
 
 
 def say_ranges(data: xr.Dataset) -> None:

@@ -7,9 +7,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from stokesfibers.config.case import case_from_tables
 from stokesfibers.config.schema import Schema, case_schema
+from stokesfibers.core.tables import Table
+
+_LEAST = {"fiber": {"slenderness": 1e-2}, "fluid": {"mu_bar": 1.0}, "stepping": {"until": 1.0}}
 
 
 @dataclass(frozen=True)
@@ -42,18 +46,30 @@ class TableForm:
         One line for people; may be empty.
     keys
         What it may hold beside the kind.
+    default
+        Whether a case is of this kind that leaves the table out.
     """
 
     path: str
     kind: str
     meaning: str
     keys: tuple[KeyLine, ...]
+    default: bool = False
 
 
 def case_forms() -> dict[str, tuple[TableForm, ...]]:
     """Return the forms of each table at the top of a case file, those of tables in it behind."""
-    tables = case_schema()["properties"]
-    return {name: tuple(_forms(name, tables[name])) for name in tables if name != "engine"}
+    tables, least = case_schema()["properties"], case_from_tables(_LEAST).tables()
+    found = {name: tuple(_forms(name, tables[name])) for name in tables if name != "engine"}
+    return {
+        name: tuple(replace(form, default=_is_default(form, least)) for form in forms)
+        for name, forms in found.items()
+    }
+
+
+def _is_default(form: TableForm, least: Table) -> bool:
+    held = least.get(form.path)
+    return form.kind != "" and isinstance(held, dict) and held.get("kind") == form.kind
 
 
 def engine_line() -> KeyLine:
@@ -68,7 +84,7 @@ def form_of(path: str, schema: Schema) -> TableForm:
     keys = tuple(
         _line(name, one, needed=name in schema["required"])
         for name, one in properties.items()
-        if name != "kind" and not _tables(one)
+        if name != "kind" and (not _tables(one) or "description" in one)
     )
     return TableForm(path, kind, schema.get("description", ""), keys)
 

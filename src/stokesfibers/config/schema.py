@@ -6,6 +6,7 @@ read. It says what an editor needs to complete keys, explain them and mark unkno
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields
 from functools import cache
@@ -36,9 +37,11 @@ Schema = dict[str, Any]
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _TYPES = {float: "number", int: "integer", str: "string", bool: "boolean"}
 _TEXT: Schema = {"type": "string"}
+_SAME = "If left out, that of the key."
+_RUNS = "Python file, relative to the case file; it runs with --allow-python."
 _SUMS = (
     "How images are summed: by default ewald with two or three periods, exact with one; with the "
-    "paper's engine images with one, and truncated only for two or three."
+    "paper's engine, or with reach, images with one, and truncated only for two or three."
 )
 
 
@@ -77,9 +80,10 @@ def case_schema() -> Schema:
                 "load": {"oneOf": [*(_kind(cls) for cls in LOADS.values()), _python_load()]},
                 "initial": {"oneOf": [_kind(cls) for cls in INITIALS.values()]},
                 "model": _model(),
-                "constraint": _object(
-                    {**engine["constraint"], **_named("solver", TENSION_SOLVERS)}
-                ),
+                "constraint": {
+                    **_object({**engine["constraint"], **_named("solver", TENSION_SOLVERS)}),
+                    "description": "Line tension of the paper's engine.",
+                },
                 "discretization": _object(engine["discretization"]),
                 "stepping": {
                     **_object({**engine["stepping"], **ends}),
@@ -128,20 +132,28 @@ def _engine_keys(place: str) -> dict[str, Schema]:
     found: dict[str, Schema] = {}
     for cls in ENGINES.values():
         for name, value in _properties(cls).items():
-            if cls.places.get(name) == place and name not in found:
-                found[name] = {**value, "description": f"{value['description']} ({cls.kind})"}
+            if cls.places.get(name) != place:
+                continue
+            said = f"{value['description']} ({cls.kind})"
+            before = found.get(name, {}).get("description")
+            found[name] = {**value, "description": said if before is None else f"{before} {said}"}
     return found
 
 
 def _flows() -> list[Schema]:
     source = {
         "kind": {"const": UserFlow.kind},
-        "file": {**_TEXT, "description": "Python file, relative to the case file."},
-        "velocity": {**_TEXT, "description": "Name of its function U(points, time)."},
+        "file": {**_TEXT, "description": _RUNS},
+        "velocity": {**_TEXT, "description": f"Name of its function U(points, time). {_SAME}"},
         "gradient": {**_TEXT, "description": "Name of its function dU_i/dx_j(points, time)."},
         "sha256": {**_TEXT, "description": "Refuse the file unless it has this checksum."},
     }
-    parts = {"type": "array", "items": {"$ref": "#/$defs/flow"}, "minItems": 1}
+    parts = {
+        "description": "Tables of flows, each with its kind.",
+        "type": "array",
+        "items": {"$ref": "#/$defs/flow"},
+        "minItems": 1,
+    }
     several = {"kind": {"const": SumOfFlows.kind}, "flows": parts}
     return [
         *(_flow(cls) for cls in FLOWS.values()),
@@ -153,8 +165,8 @@ def _flows() -> list[Schema]:
 def _python_load() -> Schema:
     source = {
         "kind": {"const": UserLoad.kind},
-        "file": {**_TEXT, "description": "Python file, relative to the case file."},
-        "density": {**_TEXT, "description": "Name of its function g(points, time)."},
+        "file": {**_TEXT, "description": _RUNS},
+        "density": {**_TEXT, "description": f"Name of its function g(points, time). {_SAME}"},
         "sha256": {**_TEXT, "description": "Refuse the file unless it has this checksum."},
     }
     return {**_object(source, ["kind", "file"]), "description": summary(UserLoad)}
@@ -203,8 +215,17 @@ def _domain() -> Schema:
 def _named(key: str, kinds: Mapping[str, type]) -> dict[str, Schema]:
     """Return the schemas of a key that names a record and of the record's fields beside it."""
     found: dict[str, Schema] = {key: {"enum": list(kinds), "default": next(iter(kinds))}}
-    for cls in kinds.values():
-        found.update({k: v for k, v in _properties(cls).items() if k not in found})
+    given = {kind: _properties(cls) for kind, cls in kinds.items()}
+    for name in dict.fromkeys(name for properties in given.values() for name in properties):
+        those = {kind: one[name] for kind, one in given.items() if name in one}
+        found[name] = dict(next(iter(those.values())))
+        if len({json.dumps(one.get("default")) for one in those.values()}) > 1:
+            del found[name]["default"]
+            defaults = (f"{one.get('default')} with {kind}" for kind, one in those.items())
+            found[name]["description"] += f" Default {', '.join(defaults)}."
+        else:
+            said = f" With {key} = {' or '.join(those)}."
+            found[name]["description"] += said if len(those) < len(kinds) or key == "sum" else ""
     return found
 
 

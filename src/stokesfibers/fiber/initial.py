@@ -87,8 +87,8 @@ class NearlyStraight(AbstractInitial):
 
     @property
     def across(self) -> float:
-        """The share of the bend that is across the fiber; the rest is along it."""
-        return abs(cos(self.angle))
+        """The share of the bend that is across the fiber; 1 where there is no bend."""
+        return abs(cos(self.angle)) if self.amplitude else 1.0
 
 
 @dataclass(frozen=True)

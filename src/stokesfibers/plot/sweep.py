@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot.style import COLUMN, PAGE, new_panels, style, time_colours
 from stokesfibers.plot.sweep_along import Along, Floats, is_log
-from stokesfibers.plot.sweep_data import Cut, cut
+from stokesfibers.plot.sweep_data import Cut, alike, cut
 from stokesfibers.plot.theme import theme
 from stokesfibers.plot.ticks import number_axes
 
@@ -26,6 +26,7 @@ _LONG = 24  # characters of a name that leaves too little room beside a panel
 _LIGHTEST = 0.88  # of the colours: thin lines need more contrast than areas
 _MARKERS = "os^Dv<>p"  # lines are told apart without their colours too
 _ACROSS = 3  # panels beside one another
+_FLAT = 0.1  # of values that are all alike: what is shown to both sides
 
 
 def sweep(
@@ -186,8 +187,12 @@ def _scales(ax: Axes, held: Cut, log: str | None) -> None:
 
 
 def _share_heights(axes: NDArray[Any], held: Cut) -> None:
-    """Give all panels the limits that hold what each shows."""
+    """Give all panels the limits that hold what each shows; what does not vary is flat."""
     shown = [ax for ax, values in zip(axes, held.values, strict=True) if np.isfinite(values).any()]
     limits = np.array([ax.get_ylim() for ax in shown])
+    low, high = limits[:, 0].min(), limits[:, 1].max()
+    mean = np.nanmean(held.values)
+    if mean and alike(held.values):
+        low, high = mean - _FLAT * abs(mean), mean + _FLAT * abs(mean)
     for ax in axes:
-        ax.set_ylim(limits[:, 0].min(), limits[:, 1].max())
+        ax.set_ylim(low, high)

@@ -25,7 +25,6 @@ _TAKEN = {
     "smallest over time": "smallest",
     "at the end": "final",
     "mean over time": "mean",
-    "mean over time and seeds": "mean",
 }
 _KIND = re.compile(r'\{kind = "(\w+)"')
 _SPREAD = 30.0  # largest over smallest positive value from which a scale is logarithmic
@@ -128,16 +127,26 @@ def power_text(value: float, digits: int) -> str:
 def along(data: xr.Dataset, dim: str, name: str | None = None) -> Along:
     """Return a direction of the figure; its coordinate may have another name than `dim`.
 
-    Where several run along it, `name` is taken, or one that tells all cases apart.
+    Where several run along it, `name` is taken, or one that tells all cases apart, or all as texts.
     """
     labels = [c for c in data.coords.values() if c.dims == (dim,)]
-    numeric = [c for c in labels if np.issubdtype(c.dtype, np.number)]
-    apart = [c for c in numeric if len(np.unique(c)) == c.size]
+    apart = [c for c in labels if len(np.unique(c)) == c.size]
+    apart.sort(key=lambda c: not np.issubdtype(c.dtype, np.number))
     named = [c for c in labels if c.name == (name or dim)]
-    held = (named or apart or numeric or labels or [data[dim]])[0]
+    if len(labels) > 1 and not (named or apart):
+        return _together(data, dim, [str(c.name) for c in labels])
+    held = (named or apart or labels or [data[dim]])[0]
     symbol = f"${held.attrs['symbol']}$" if held.attrs.get("symbol") else str(held.name)
-    unit = select.unit_text(_variable(held, str(held.name))) if held.attrs.get("units") else ""
+    unit = select.unit_text(_variable(held, str(held.name)))
     return Along(dim, tuple(held.to_numpy().tolist()), symbol, label_of(held, str(held.name)), unit)
+
+
+def _together(data: xr.Dataset, dim: str, names: list[str]) -> Along:
+    """Return a direction of which each value is one of every parameter along it."""
+    each = [along(data, dim, name) for name in names]
+    texts = tuple(map(", ".join, zip(*(one.texts for one in each), strict=True)))
+    symbol = ", ".join(one.symbol for one in each)
+    return Along(dim, texts, symbol, ", ".join(f"{one.symbol}{one.unit}" for one in each))
 
 
 def label_of(held: xr.DataArray, name: str) -> str:
@@ -145,11 +154,13 @@ def label_of(held: xr.DataArray, name: str) -> str:
     attrs = held.attrs
     meaning, _, taken = str(attrs.get("long_name", name.replace("_", " "))).partition(", ")
     first, _, rest = taken.partition(", ")
+    first, _, others = first.partition(" and ")
     if first in _TAKEN:
-        word, taken = _TAKEN[first], rest
+        word = _TAKEN[first]
+        taken = ", ".join(filter(None, [f"mean over {others}" if others else "", rest]))
         meaning = f"{word} {meaning.removeprefix(f'{word} ')}"
     if not attrs.get("symbol"):
-        return f"{meaning}\n{taken}".strip()
+        return f"{meaning}{select.unit_text(_variable(held, name))}\n{taken}".strip()
     return f"{select.axis_label(_variable(held, name, meaning))}\n{taken}".strip()
 
 

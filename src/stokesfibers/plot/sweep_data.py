@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot.sweep_along import Along, Floats, along, label_of
 from stokesfibers.plot.sweep_select import SERIES, checked, dimension, divisor, stay
-from stokesfibers.plot.sweep_units import in_natural_units
+from stokesfibers.plot.sweep_units import in_natural_units, is_natural, naturally, quotient
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,6 +57,12 @@ class Cut:
     notes: tuple[str, ...]
 
 
+def alike(values: Floats) -> bool:
+    """Return whether values are the same to a part in a million: how they differ is noise."""
+    finite = values[np.isfinite(values)]
+    return finite.size > 1 and bool(np.ptp(finite) <= _ALIKE * np.abs(finite).max())
+
+
 def cut(
     data: xr.Dataset,
     name: str | None,
@@ -68,12 +74,14 @@ def cut(
     """Return what `stokesfibers.plot.sweep` draws; parameters and errors are the same."""
     name = checked(data, name)
     swept = [str(d) for d in data["status"].dims]
-    data = in_natural_units(data)
     below = None if per is None else divisor(data, per, swept)
     data, held = stay(data, swept, at or {})
     swept = [d for d in swept if d in data.dims]
     along_x, x = x, None if x is None else dimension(data, x, [*swept, *SERIES], "x")
     taken = _taken(data, name, below)
+    if is_natural(data):
+        taken.found.attrs = naturally(taken.found.attrs)
+        data = in_natural_units(data)
     series = [d for d in SERIES if d in taken.found.dims]
     time = data["time"] if series else None
     if _SEED in swept and x != _SEED and (len(swept) > 1 or series):
@@ -104,8 +112,7 @@ def cut(
 
 def _notes(data: xr.Dataset, name: str, values: Floats, doubtful: NDArray[Any]) -> Iterator[str]:
     known = np.isfinite(values).any(axis=-1) if _is_series(data[name]) else None
-    finite = values[np.isfinite(values)]
-    if finite.size > 1 and np.ptp(finite) <= _ALIKE * np.abs(finite).max():
+    if alike(values):
         yield f"all values of {name} are the same to a part in a million"
     shown = np.isfinite(values) if known is None else known
     odd = shown & (doubtful if known is None else doubtful.any(axis=-1))
@@ -162,6 +169,8 @@ def _taken(data: xr.Dataset, name: str, over: xr.DataArray | None) -> _Taken:
             attrs["symbol"] = f"{attrs['symbol']} / {below}"
         else:
             attrs["long_name"] = f"{attrs.get('long_name', name)} / {over.name}"
+        if "units" in attrs:
+            attrs["units"] = quotient(attrs["units"], over.attrs.get("units", "1"))
         found = (found / over).assign_attrs(attrs).rename(name)
         error = None if error is None else error / abs(over)
     return _Taken(found, error, doubt).over("fiber")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import did_you_mean
@@ -93,17 +93,38 @@ def checked(data: xr.Dataset, name: str | None) -> str:
 def stay(
     data: xr.Dataset, swept: list[str], at: Mapping[str, Any]
 ) -> tuple[xr.Dataset, tuple[str, ...]]:
-    """Return the dataset at the values asked for, the nearest of each, and what these are."""
-    held = []
+    """Return the dataset at the values asked for, the nearest of each, and what these are.
+
+    Raises
+    ------
+    InputError
+        If a name or value is none of the sweep, or does not tell one place of its dimension.
+    """
+    asked: dict[str, dict[str, Any]] = {}
     for name, value in at.items():
-        dim = dimension(data, name, swept, "at")
-        there = along(data, dim)
-        if name != dim:
-            there = replace(there, values=tuple(data[name].to_numpy().tolist()), symbol=name)
-        place = _nearest(there, name, value)
+        asked.setdefault(dimension(data, name, swept, "at"), {})[name] = value
+    held = []
+    for dim, wanted in asked.items():
+        there = {name: _direction(data, dim, name) for name in wanted}
+        fits = [_nearest(there[name], name, value) for name, value in wanted.items()]
+        places = np.flatnonzero(np.logical_and.reduce(fits))
+        if len(places) != 1:
+            said = ", ".join(f"{name} = {value}" for name, value in wanted.items())
+            along_it = ", ".join(str(c.name) for c in data.coords.values() if c.dims == (dim,))
+            got = f"{said}, which fits {len(places) or 'no'} values of {dim}"
+            raise InputError("at", f"values of one case, by {along_it}", got)
+        place = int(places[0])
         data = data.isel({dim: place})
-        held.append(there.said(place))
+        held += [one.said(place) for one in there.values()]
     return data, tuple(held)
+
+
+def _direction(data: xr.Dataset, dim: str, name: str) -> Along:
+    """Return the values along a dimension by the name of one of its coordinates."""
+    names = [str(c.name) for c in data.coords.values() if c.dims == (dim,)]
+    if name not in names and len(names) > 1:
+        raise InputError("at", f"one of {', '.join(names)}", repr(name))
+    return along(data, dim, name)
 
 
 def dimension(data: xr.Dataset, name: str, dims: list[str], where: str) -> str:
@@ -117,15 +138,18 @@ def dimension(data: xr.Dataset, name: str, dims: list[str], where: str) -> str:
     raise InputError(where, f"a swept parameter: {', '.join(names)}", repr(name), hint)
 
 
-def _nearest(there: Along, name: str, value: Any) -> int:
+def _nearest(there: Along, name: str, value: Any) -> NDArray[np.bool_]:
+    """Return where the value is, or what is nearest to it."""
     numbers = there.numbers
     if numbers is None:
         text = str(value).lower() if isinstance(value, bool) else str(value)
-        if text not in there.values:
+        found = [text in both for both in zip(there.values, there.texts, strict=True)]
+        if not any(found):
             raise InputError("at", f"{name} to be one of {', '.join(there.texts)}", repr(value))
-        return there.values.index(text)
+        return np.array(found)
     try:
-        return int(np.nanargmin(np.abs(numbers - float(value))))
+        away = np.abs(numbers - float(value))
+        return away == np.nanmin(away)
     except (TypeError, ValueError):
         raise InputError("at", f"a number for {name}", repr(value)) from None
 

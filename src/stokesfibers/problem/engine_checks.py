@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import ceil
 
+from stokesfibers.constraint.coupled import FixedPoint
 from stokesfibers.problem.doubt import Doubt, Plan
 from stokesfibers.problem.engine import STEP_PER_SPACING, PaperEngine, SpectralEngine
 from stokesfibers.problem.groups import groups
@@ -38,6 +39,7 @@ def engine_doubts(problem: Problem, plan: Plan) -> Iterator[Doubt]:
     yield from few_nodes(problem)
     yield from fine_grid(problem)
     yield from undivided_end(problem, plan)
+    yield from tension_solver_without_effect(problem)
 
 
 def lost_positivity(problem: Problem) -> Iterator[Doubt]:
@@ -57,6 +59,17 @@ def lost_positivity(problem: Problem) -> Iterator[Doubt]:
             f"smallest eigenvalue {smallest:.2g} at {engine.intervals} intervals, "
             f"credible above {SMALL_EIGENVALUE:g}",
             "Take kind = 'spheroidal', which keeps it at every resolution, or fewer intervals.",
+        )
+
+
+def tension_solver_without_effect(problem: Problem) -> Iterator[Doubt]:
+    """Doubt a solver of coupled tensions beside the spectral engine, which has its own."""
+    if isinstance(problem.engine, SpectralEngine) and problem.tension_solver != FixedPoint():
+        yield Doubt(
+            "constraint.solver",
+            "no effect: the spectral engine solves for tensions and velocities together",
+            f"{problem.tension_solver.kind}, with engine = 'spectral'",
+            "Leave [constraint] out, or take engine = 'paper'.",
         )
 
 

@@ -34,7 +34,7 @@ class StopWhen:
     observable
         Name of a recorded observable, a scalar or one value per fiber.
     above
-        Stop when it exceeds this; in its own units.
+        Stop when it exceeds this; in its own units. Give this, 'below' or both.
     below
         Stop when it falls below this.
     """

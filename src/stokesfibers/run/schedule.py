@@ -19,7 +19,7 @@ class Schedule:
     Attributes
     ----------
     positions_every
-        Positions and tension.
+        Positions and tension; in a case until / 200 if left out.
     observables_every
         Observables; if None, a tenth of `positions_every`.
     checkpoint_every

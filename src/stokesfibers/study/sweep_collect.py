@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields
 from math import ceil, floor
 from typing import Any, Self, cast
@@ -72,10 +72,6 @@ class Collect:
                 if name not in known:
                     hint = did_you_mean(str(name), known)
                     raise InputError(key, f"names among {', '.join(known)}", repr(name), hint)
-                if key in _NUMBERS and known[name].dims not in _AVERAGED:
-                    those = [n for n, v in known.items() if v.dims in _AVERAGED]
-                    hint = did_you_mean(name, those)
-                    raise InputError(key, f"numbers: {', '.join(those)}", repr(name), hint)
             object.__setattr__(self, key, tuple(dict.fromkeys(names)))
         checks.non_negative("after", self.after)
         if self.block is not None:
@@ -131,6 +127,7 @@ class Collect:
             if name not in held:
                 expected = f"observables that this case records: {', '.join(held)}"
                 raise InputError("collect", expected, repr(name))
+        self._check_numbers(held)
         if self.after > until:
             raise InputError("collect.after", f"a time before the end, {until:g}", self.after)
         records = (until - self.after) / interval
@@ -142,6 +139,17 @@ class Collect:
                 "Set a smaller record.observables_every, collect.after or collect.block.",
             )
         self._check_periods(period_of(flow_to_dict(problem.flow)), until, interval)
+
+    def _check_numbers(self, held: Iterable[str]) -> None:
+        """Raise InputError if components have no largest, smallest or mean; `held` is recorded."""
+        numbers = [name for name in held if lookup("observables", name).dims in _AVERAGED]
+        numbers.remove("time")
+        for key in _NUMBERS:
+            for name in getattr(self, key):
+                if name not in numbers:
+                    hint = did_you_mean(name, numbers)
+                    expected = f"numbers: {', '.join(numbers)}"
+                    raise InputError(f"collect.{key}", expected, repr(name), hint)
 
     def _check_periods(self, period: float | None, until: float, interval: float) -> None:
         """Raise InputError if means in an oscillating flow would not be over whole periods."""

@@ -297,8 +297,25 @@ def test_what_all_cases_have_alike_is_said_for_the_caption(file, invoke):
     said = invoke("sweep", "plot", "twofold").stderr.partition("In all cases: ")[2]
     for told in ("fiber.slenderness = 0.01", 'flow.kind = "shear"', "initial.amplitude = 0.1"):
         assert told in said
+    for left_out in ("fiber.length = 1.0", "flow.rate = 1.0", 'domain.kind = "free"'):
+        assert left_out in said
     for other in ("mu_bar", "angle", "record"):
         assert other not in said
+
+
+def test_lists_that_differ_share_what_is_alike_in_them(file, invoke):
+    kinds = "fiber = [{slenderness = 1e-2}, {slenderness = 2e-2}]"
+    lattice = 'initial = {kind = "lattice", cells = [2, 1, 1], box = [4, 4, 4]}'
+    text = SWEEP.replace("fiber.slenderness = 1e-2", kinds).replace(
+        'initial = {kind = "nearly_straight", angle = 2.0, amplitude = 0.1}', lattice
+    )
+    file.write_text(text.replace("fluid.mu_bar = [1e3, 1e4]", '"fiber[0].length" = [1.0, 1.2]'))
+    result = invoke("sweep", file, "--workers", 1, "--quiet", "--set", "fluid.mu_bar=1e3")
+    assert result.exit_code == 0, result.output
+    said = invoke("sweep", "plot", "twofold").stderr.partition("In all cases: ")[2]
+    for told in ("fiber[0].slenderness = 0.01", "fiber[1].slenderness = 0.02", "fiber[1].length"):
+        assert told in said
+    assert "fiber[0].length" not in said
 
 
 def test_the_run_of_a_case_is_found_by_its_values(file, invoke):
@@ -356,6 +373,36 @@ def test_doubtful_choices_are_said_once_with_their_cases(file, invoke):
     assert told.count("initial.angle: more than a whole turn") == 1
     assert [line.strip()[:9] for line in told.splitlines()[2:]] == ["mu_bar=10", "mu_bar=10"]
     assert invoke("sweep", file, "--dry-run", "--quiet").stderr == ""
+
+
+def test_dry_run_names_variants_and_single_values(file, invoke):
+    variants = '[[cases]]\nname = "thin"\n[[cases]]\nname = "slow"\nflow.rate = 0.5\n'
+    text = SWEEP.replace("[1e3, 1e4]", "[1e3]")
+    file.write_text(text + variants)
+    said = invoke("sweep", file, "--dry-run").stdout.splitlines()
+    assert next(line for line in said if "mu_bar" in line).split() == [
+        *("mu_bar", "1", "1000", "fluid.mu_bar")
+    ]
+    assert "thin to slow" in next(line for line in said if "flow.rate" in line)
+
+
+def test_the_folder_of_an_earlier_version_is_collected(file, invoke):
+    assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
+    described = json.loads(Path("twofold/sweep.json").read_text())
+    described["collect"]["largest"] = ["orientation_tensor"]
+    Path("twofold/sweep.json").write_text(json.dumps(described))
+    result = invoke("sweep", "collect", "twofold")
+    assert result.exit_code == 0, result.output
+    assert xr.open_zarr("twofold/sweep.zarr")["orientation_tensor_largest"].sizes["mu_bar"] == 2
+
+
+def test_means_that_have_not_settled_are_not_called_trusted(file, invoke):
+    text = SWEEP.replace("positions_every = 0.25", "positions_every = 0.05")
+    file.write_text(text + 'mean = ["largest_tension"]\n')
+    result = invoke("sweep", file, "--workers", 1)
+    assert result.exit_code == 0, result.output
+    assert "means over time have not settled" in result.stderr
+    assert "can be trusted" not in result.stdout
 
 
 def test_a_sweep_without_a_case_that_is_done_has_no_figure(tmp_path, monkeypatch, invoke):

@@ -15,8 +15,8 @@ from stokesfibers.study.sweep_plan import SWEEP_KEYS
 _OBSERVED = [name for held in WHERE.values() for name in held if name != "time"]
 
 
-def said(*names: str) -> str:
-    result = CliRunner().invoke(main, ["keys", *names])
+def said(*names: str, columns: int = 110) -> str:
+    result = CliRunner().invoke(main, ["keys", *names], env={"COLUMNS": str(columns)})
     assert result.exit_code == 0, result.output
     return result.output
 
@@ -108,3 +108,43 @@ def test_one_kind_may_be_asked_for():
     assert told.count("kind = ") == 1
     assert "frequency" in told
     assert told in said("flow")
+
+
+@pytest.mark.parametrize("columns", [60, 80])
+def test_lines_fit_the_terminal(columns):
+    told = said(*case_forms(), columns=columns).splitlines()
+    assert max(len(line) for line in told if not line.startswith("[")) <= columns
+
+
+def test_what_a_table_left_out_means_is_told():
+    left_out = ", if the table is left out"
+    told = [line for line in said(*case_forms()).splitlines() if left_out in line]
+    kinds = {line.partition(left_out)[0] for line in told}
+    assert kinds == {
+        '[flow] kind = "none"',
+        '[domain] kind = "free"',
+        '[load] kind = "none"',
+        '[initial] kind = "nearly_straight"',
+    }
+    assert "[fiber], or [[fiber]] for several\n" in said("fiber")
+
+
+def test_keys_of_one_engine_or_one_kind_of_sum_say_so():
+    told = " ".join(said("stepping", "model", "domain", "constraint").split())
+    assert "1 / (2 beta) if that is smaller" in told
+    assert "(paper) Fixed time step instead. (spectral)" in told
+    assert "Default 20 with images, 2 with truncated." in told
+    assert "Default 100 with fixed_point, 200 with krylov." in told
+    assert "With sum = images or truncated." in told
+    assert "reach = " not in told
+
+
+def test_tables_in_tables_can_be_asked_for():
+    told = said("initial.orientation")
+    assert told.count("[initial.orientation] kind = ") == 4
+    assert told.count("kind = ") == 4
+    assert said("collect") == said("[[zip]]") == said("sweep")
+    assert said("fiber[1].length") == said("fiber")
+    result = CliRunner().invoke(main, ["keys", "flow.nonsense"])
+    assert result.exit_code == 2
+    assert "one of flow.shear, flow.oscillatory_shear" in result.output

@@ -12,10 +12,10 @@ from stokesfibers.core.errors import InputError
 from stokesfibers.core.variables import NATURAL_UNITS
 from stokesfibers.plot import save, sweep
 from stokesfibers.plot.style import time_colours
-from stokesfibers.plot.sweep_along import Along, label_of
+from stokesfibers.plot.sweep_along import Along, along, label_of
 from stokesfibers.plot.sweep_data import cut
-from stokesfibers.plot.sweep_select import drawable
-from stokesfibers.plot.sweep_units import in_natural_units
+from stokesfibers.plot.sweep_select import drawable, stay
+from stokesfibers.plot.sweep_units import in_natural_units, quotient
 from stokesfibers.plot.ticks import log_ticks
 from support import assert_close
 
@@ -203,7 +203,7 @@ def test_series_of_seeds_have_a_band_and_their_label_says_what_was_averaged():
     low, high = band.get_paths()[0].get_extents().intervaly
     assert_close([low, high], [0.0, 2.0 * (20.0 + 10.0 / np.sqrt(3.0))], atol=1e-9)
     data["stress_mean"].attrs = {"long_name": "stress, mean over time", "symbol": "S"}
-    assert cut(data, "stress_mean", x=None, at={}).label == "mean stress $S$"
+    assert cut(data, "stress_mean", x=None, at={}).label == "mean stress $S$\nmean over seeds"
 
 
 def with_own_times() -> xr.Dataset:
@@ -445,7 +445,8 @@ def test_units_are_natural_where_the_dataset_says_so():
         ("force length^2", "$E$"),
         ("force^2 length^4", "$E$^2"),
         ("time", "time"),
-        ("force time length^-2", "force time length^-2"),
+        ("force time length^-2", "$E$/$L$^4 time"),
+        ("force^-1 length", "$L$^3/$E$"),
         ("1", "1"),
     ):
         data["energy_largest"].attrs["units"] = unit
@@ -475,6 +476,10 @@ def test_lines_have_markers_of_their_own_and_numbers_as_they_are_written():
         ("elastic energy, at the end", "final elastic energy $E$"),
         ("largest curvature, largest over time", "largest curvature $E$"),
         ("elastic energy, mean over time", "mean elastic energy $E$"),
+        (
+            "elastic energy, mean over time and fibers and seeds",
+            "mean elastic energy $E$\nmean over fibers and seeds",
+        ),
         ("extra stress, all fibers", "extra stress $E$\nall fibers"),
     ],
 )
@@ -489,3 +494,88 @@ def test_a_long_legend_title_is_the_symbol_with_its_unit():
     data["angle"] = data["angle"].assign_attrs(attrs)
     (ax,) = sweep(data, "energy_largest", x="mu_bar")
     assert ax.get_legend().get_title().get_text() == r"$\theta_0$ [rad]"
+
+
+@pytest.mark.parametrize(
+    ("unit", "by", "said"),
+    [
+        ("force length", "force", "length"),
+        ("force", "length^2", "force length^-2"),
+        ("force length^-2", "length^-2", "force"),
+        ("1", "time^-1", "time"),
+        ("length", "1", "length"),
+        ("time", "time", "1"),
+    ],
+)
+def test_the_unit_of_a_quotient(unit, by, said):
+    assert quotient(unit, by) == said
+
+
+def test_what_divides_divides_the_unit_too():
+    data = swept().isel(seed=0, drop=True).rename(slenderness="length")
+    data["length"] = data["length"].assign_attrs(symbol="L", units="length")
+    said = {"x": "mu_bar", "per": "length"}
+    assert cut(data, "energy_largest", **said).label == "largest elastic energy $E / L$ [force]"
+    data.attrs |= NATURAL_UNITS
+    label = cut(data, "energy_largest", **said).label
+    assert label == "largest elastic energy $E / L$ [$E$/$L$$^{2}$]"
+    assert cut(data, "energy_largest", x="mu_bar").label.endswith("$E$ [$E$/$L$]")
+    assert along(data, "length").unit == " [length]"
+
+
+def walked_together() -> xr.Dataset:
+    data = swept().isel(slenderness=0, seed=0, drop=True).rename_dims(mu_bar="ab")
+    return data.drop_vars("mu_bar").assign_coords(
+        a=("ab", [1.0, 1.0, 2.0, 2.0]), b=("ab", [4.0, 3.0, 4.0, 3.0])
+    )
+
+
+def test_a_case_of_lists_walked_together_is_told_by_all_their_values():
+    one, held = stay(walked_together(), ["ab"], {"b": "3.1", "a": 2})
+    assert one["energy_largest"].item() == swept()["energy_largest"][3, 0, 0].item()
+    assert held == ("b = 3", "a = 2")
+
+
+@pytest.mark.parametrize(
+    ("at", "said"),
+    [
+        ({"a": 2.0}, "values of one case, by a, b, got a = 2.0, which fits 2 values of ab"),
+        ({"ab": 2.0}, "one of a, b, got 'ab'"),
+    ],
+)
+def test_what_tells_no_single_case_is_refused(at, said):
+    with pytest.raises(InputError, match="at: ") as caught:
+        stay(walked_together(), ["ab"], at)
+    assert said in str(caught.value)
+
+
+def test_lists_walked_together_of_which_none_tells_cases_apart_are_named_by_all():
+    data = walked_together()
+    data["a"].attrs = {"symbol": r"\theta_0", "units": "rad"}
+    (ax,) = sweep(data, "energy_largest")
+    assert ax.get_xlabel() == r"$\theta_0$ [rad], b"
+    assert [text.get_text() for text in ax.get_xticklabels()] == ["1, 4", "1, 3", "2, 4", "2, 3"]
+    (ax,) = sweep(data, "stress")
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts == ["1, 4", "1, 3", "2, 4", "2, 3"]
+    named = data.assign_coords(c=("ab", ["p", "q", "r", "s"]))
+    assert along(named, "ab").texts == ["p", "q", "r", "s"]
+    assert along(named, "ab", "a").texts == ["1", "1", "2", "2"]
+
+
+@pytest.mark.parametrize("value", [1.0, -2.0])
+def test_what_does_not_vary_is_flat(value):
+    data = swept().isel(seed=0, slenderness=0, drop=True)
+    data["stress_mean"] = ("mu_bar", value * (1.0 + 1e-11 * np.arange(4)))
+    (ax,) = sweep(data, "stress_mean")
+    assert_close(ax.get_ylim(), value + 0.1 * np.array([-1.0, 1.0]) * abs(value), rtol=1e-9)
+
+
+def test_tables_are_told_by_their_kinds():
+    names = ['{kind = "none"}', '{kind = "steric", stiffness = 2.0}']
+    data = swept().assign_coords(slenderness=names)
+    one, held = stay(data, ["mu_bar", "slenderness", "seed"], {"slenderness": "steric"})
+    assert one["slenderness"].item() == names[1]
+    assert held == ("slenderness = steric",)
+    with pytest.raises(InputError, match="slenderness to be one of none, steric"):
+        stay(data, ["mu_bar", "slenderness", "seed"], {"slenderness": "hard"})

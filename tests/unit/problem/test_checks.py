@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import stokesfibers as sf
+from stokesfibers.constraint.coupled import FixedPoint, Krylov
 from stokesfibers.core.errors import InputError
 from stokesfibers.fiber import curves
 from stokesfibers.fiber.initial import NearlyStraight
@@ -97,6 +98,10 @@ def test_what_is_across_is_what_bends_the_fiber():
         away = x - x[0] - np.outer((x - x[0]) @ chord, chord)
         expected = shape.across * 1e-3 / 256.0
         assert_close(np.linalg.norm(away, axis=1).max(), expected, rtol=1e-4)
+
+
+def test_a_straight_fiber_has_no_bend_along_it():
+    assert NearlyStraight(angle=1.6, amplitude=0.0).across == 1.0
 
 
 @pytest.mark.parametrize("rate", [1.0, -4.0])
@@ -316,6 +321,15 @@ def test_the_high_order_engine_needs_memory_in_proportion_to_the_fibers() -> Non
 
     assert need(10_000) == 10 * need(1000)
     assert 1e8 < need(1000) < 1e9  # a step of 1,000 fibers was seen to take 0.13 GiB more than one
+
+
+def test_the_spectral_engine_has_no_other_tension_solver():
+    for engine, doubted in ((PAPERS_RUN.engine, False), (sf.SpectralEngine(), True)):
+        for solver in (FixedPoint(), FixedPoint(most=50), Krylov()):
+            problem = replace(PAPERS_RUN, engine=engine, tension_solver=solver)
+            found = list(engine_checks.tension_solver_without_effect(problem))
+            assert bool(found) is (doubted and solver != FixedPoint())
+            assert set(found) <= set(checks.doubts(problem, PLAN))
 
 
 @pytest.mark.parametrize(
