@@ -561,6 +561,8 @@ def test_lists_walked_together_of_which_none_tells_cases_apart_are_named_by_all(
     named = data.assign_coords(c=("ab", ["p", "q", "r", "s"]))
     assert along(named, "ab").texts == ["p", "q", "r", "s"]
     assert along(named, "ab", "a").texts == ["1", "1", "2", "2"]
+    numbered = named.assign_coords(n=("ab", [4.0, 2.0, 3.0, 1.0]))
+    assert along(numbered, "ab").symbol == "n"
 
 
 @pytest.mark.parametrize("value", [1.0, -2.0])
