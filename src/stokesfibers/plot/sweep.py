@@ -26,6 +26,7 @@ _LONG = 24  # characters of a name that leaves too little room beside a panel
 _LIGHTEST = 0.88  # of the colours: thin lines need more contrast than areas
 _MARKERS = "os^Dv<>p"  # lines are told apart without their colours too
 _ACROSS = 3  # panels beside one another
+_SIDE_BY_SIDE = 48  # characters of names that fit below one panel
 _FLAT = 0.1  # of values that are all alike: what is shown to both sides
 
 
@@ -180,6 +181,10 @@ def _colours(lines: Along | None) -> list[Any]:
 def _scales(ax: Axes, held: Cut, log: str | None) -> None:
     if held.x.numbers is None:
         ax.set_xticks(range(len(held.x.texts)), held.x.texts)
+        if sum(map(len, held.x.texts)) > _SIDE_BY_SIDE:
+            ax.tick_params(axis="x", labelrotation=20.0)
+            for label in ax.get_xticklabels():
+                label.set_horizontalalignment("right")
     elif held.x.is_log and not held.series if log is None else "x" in log:
         ax.set_xscale("log")
     if is_log(held.values) if log is None else "y" in log:

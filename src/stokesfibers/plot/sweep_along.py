@@ -26,7 +26,7 @@ _TAKEN = {
     "at the end": "final",
     "mean over time": "mean",
 }
-_KIND = re.compile(r'\{kind = "(\w+)"')
+_KIND = re.compile(r'\{kind = "(\w+)"(.*)\}')
 _SPREAD = 30.0  # largest over smallest positive value from which a scale is logarithmic
 
 
@@ -103,11 +103,18 @@ def _grows_by_factors(values: Floats | None) -> bool:
     return bool(ratios.std() / ratios.mean() < 0.5 * steps.std() / steps.mean())
 
 
+def kind_of(text: str) -> str | None:
+    """Return the kind of a table written as text; None of other texts."""
+    match = _KIND.fullmatch(text)
+    return match[1] if match else None
+
+
 def _kinds(texts: list[str]) -> list[str]:
-    """Return tables by their kinds, where these tell them apart."""
-    found = [_KIND.match(text) for text in texts]
-    kinds = [match[1] for match in found if match]
-    return kinds if len(set(kinds)) == len(texts) else texts
+    """Return tables by their kinds where these tell them apart, else with their other keys."""
+    kinds = [kind for kind in map(kind_of, texts) if kind]
+    if len(set(kinds)) == len(texts):
+        return kinds
+    return [_KIND.sub(r"\1\2", text) for text in texts]
 
 
 def _plain(value: float, digits: int) -> str:

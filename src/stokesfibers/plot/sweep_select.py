@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import did_you_mean
-from stokesfibers.plot.sweep_along import Along, along
+from stokesfibers.plot.sweep_along import Along, along, kind_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,10 +60,17 @@ def _asked(data: xr.Dataset) -> list[str]:
     ]
 
 
-def _turned(name: str | None) -> str | None:
-    """Return ``smallest_gap_largest`` for ``largest_smallest_gap``; other names as they are."""
-    taken, _, quantity = (name or "").partition("_")
-    return f"{quantity}_{taken}" if taken in _TAKEN and quantity else name
+def _meant(name: str, names: list[str]) -> str:
+    """Return the one of `names` that `name` means, or `name`.
+
+    These are ``smallest_gap_largest`` for ``largest_smallest_gap``, and for ``smallest_gap`` if
+    only one number was collected of it.
+    """
+    taken, _, quantity = name.partition("_")
+    turned = f"{quantity}_{taken}" if taken in _TAKEN else name
+    numbers = [f"{name}_{one}" for one in _TAKEN if f"{name}_{one}" in names]
+    found = [one for one in (name, turned) if one in names]
+    return [*found, *(numbers if len(numbers) == 1 else ()), name][0]
 
 
 def checked(data: xr.Dataset, name: str | None) -> str:
@@ -74,8 +82,8 @@ def checked(data: xr.Dataset, name: str | None) -> str:
         If it cannot, or no case is done that could give one.
     """
     names = drawable(data)
-    if name not in names:
-        name = _turned(name)
+    if name is not None:
+        name = _meant(name, names)
     if name is None and (not names or names[0] in _OWN):
         got = f"none of {data['status'].size} done"
         raise InputError("name", "a sweep with a case that is done, and numbers collected", got)
@@ -142,8 +150,9 @@ def _nearest(there: Along, name: str, value: Any) -> NDArray[np.bool_]:
     """Return where the value is, or what is nearest to it."""
     numbers = there.numbers
     if numbers is None:
-        text = str(value).lower() if isinstance(value, bool) else str(value)
-        found = [text in both for both in zip(there.values, there.texts, strict=True)]
+        text = _bare(str(value).lower() if isinstance(value, bool) else str(value))
+        whole = [text in map(_bare, said) for said in zip(there.values, there.texts, strict=True)]
+        found = whole if any(whole) else [text == kind_of(str(one)) for one in there.values]
         if not any(found):
             raise InputError("at", f"{name} to be one of {', '.join(there.texts)}", repr(value))
         return np.array(found)
@@ -152,6 +161,11 @@ def _nearest(there: Along, name: str, value: Any) -> NDArray[np.bool_]:
         return away == np.nanmin(away)
     except (TypeError, ValueError):
         raise InputError("at", f"a number for {name}", repr(value)) from None
+
+
+def _bare(text: str) -> str:
+    """Return a text without spaces and brackets: lists may be typed as ``2,2,1``."""
+    return re.sub(r"[\s\[\]]", "", text)
 
 
 def divisor(data: xr.Dataset, per: str, swept: list[str]) -> xr.DataArray:

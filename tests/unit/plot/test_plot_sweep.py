@@ -137,6 +137,18 @@ def test_scales_are_logarithmic_where_values_spread_and_doubtful_points_hollow()
     assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "linear")
 
 
+def test_long_names_below_an_axis_are_turned():
+    data = swept().isel(slenderness=0, seed=0, drop=True).rename(mu_bar="case")
+    names = [f'{{kind = "shear", rate = {k}.0}}' for k in range(3)] + ['{kind = "extension"}']
+    (ax,) = sweep(data.assign_coords(case=names))
+    ax.figure.draw_without_rendering()
+    labels = ax.get_xticklabels()
+    assert [text.get_text() for text in labels[2:]] == ["shear, rate = 2.0", "extension"]
+    assert {text.get_rotation() for text in labels} == {20.0}
+    (ax,) = sweep(data.assign_coords(case=["a", "b", "c", "d"]))
+    assert {text.get_rotation() for text in ax.get_xticklabels()} == {0.0}
+
+
 def test_names_of_cases_are_ticks(tmp_path):
     data = swept().isel(slenderness=0, seed=0, drop=True)
     data = data.rename(mu_bar="case").assign_coords(case=["thin", "thick", "soft", "stiff"])
@@ -343,13 +355,18 @@ def test_what_stays_is_named_and_what_divides_is_in_the_label():
         ((1.0, 40.0), True, ["1", "40"]),
         ((1e4, 1.5e5), False, ["$10^{4}$", r"$1.5\times10^{5}$"]),
         (('{kind = "shear", rate = 1.0}', '{kind = "extension"}'), False, ["shear", "extension"]),
-        (('{kind = "shear", rate = 1.0}', '{kind = "shear"}'), False, None),
+        (
+            ('{kind = "shear", rate = 1.0}', '{kind = "shear"}'),
+            False,
+            ["shear, rate = 1.0", "shear"],
+        ),
+        (("[1, 2]", '{file = "a"}'), False, ["[1, 2]", '{file = "a"}']),
     ],
 )
 def test_values_are_written_as_short_as_tells_them_apart(values, is_log, texts):
     found = Along("a", values, "a", "a")
     assert found.is_log is is_log
-    assert found.texts == (list(values) if texts is None else texts)
+    assert found.texts == texts
 
 
 def test_scales_can_be_chosen_and_long_names_stand_above():
@@ -413,6 +430,12 @@ def test_a_name_may_be_turned_round(taken):
     data[f"energy_{taken}"] = data["energy_largest"]
     label = cut(data, f"energy_{taken}").label
     assert cut(data, f"{taken}_energy").label == label
+    if taken == "largest":
+        data = data.rename({"energy_largest": "largest_energy_final"})
+        assert cut(data, "largest_energy").label == cut(data, "final_largest_energy").label
+        data["largest_energy_mean"] = data["largest_energy_final"]
+        with pytest.raises(InputError, match="got 'largest_energy'"):
+            cut(data, "largest_energy")
     with pytest.raises(InputError, match="'energy_other'"):
         cut(data, "energy_other")
 
@@ -579,5 +602,17 @@ def test_tables_are_told_by_their_kinds():
     one, held = stay(data, ["mu_bar", "slenderness", "seed"], {"slenderness": "steric"})
     assert one["slenderness"].item() == names[1]
     assert held == ("slenderness = steric",)
+    shears = ['{kind = "shear"}', '{kind = "shear", rate = 2.0}', '{kind = "none"}', '{kind = "x"}']
+    data = data.assign_coords(mu_bar=shears)
+    one, _ = stay(data, ["mu_bar", "slenderness", "seed"], {"mu_bar": "none"})
+    assert one["mu_bar"].item() == shears[2]
+    one, _ = stay(data, ["mu_bar", "slenderness", "seed"], {"mu_bar": "shear"})
+    assert one["mu_bar"].item() == shears[0]
+    with pytest.raises(InputError, match="mu_bar = shear, which fits 2 values"):
+        stay(data.isel(mu_bar=[1, 1, 2]), ["mu_bar", "slenderness", "seed"], {"mu_bar": "shear"})
+    lists = data.assign_coords(slenderness=["[2, 2, 2]", "[3, 2, 2]"])
+    for typed in ("3,2,2", "[3,2,2]", [3, 2, 2]):
+        one, _ = stay(lists, ["mu_bar", "slenderness", "seed"], {"slenderness": typed})
+        assert one["slenderness"].item() == "[3, 2, 2]"
     with pytest.raises(InputError, match="slenderness to be one of none, steric"):
         stay(data, ["mu_bar", "slenderness", "seed"], {"slenderness": "hard"})
