@@ -78,8 +78,8 @@ class Along:
         return is_log(self.numbers) or _grows_by_factors(self.numbers)
 
     def said(self, k: int) -> str:
-        """Return ``symbol = value`` of the value of number `k`."""
-        return f"{self.symbol} = {self.texts[k]}"
+        """Return ``symbol = value [unit]`` of the value of number `k`."""
+        return f"{self.symbol} = {self.texts[k]}{self.unit}"
 
 
 def plain(values: Iterable[float]) -> bool:

@@ -75,7 +75,8 @@ def cut(
     name = checked(data, name)
     swept = [str(d) for d in data["status"].dims]
     below = None if per is None else divisor(data, per, swept)
-    data, held = stay(data, swept, at or {})
+    _, held = stay(in_natural_units(data), swept, at or {})
+    data, _ = stay(data, swept, at or {})
     swept = [d for d in swept if d in data.dims]
     along_x, x = x, None if x is None else dimension(data, x, [*swept, *SERIES], "x")
     taken = _taken(data, name, below)

@@ -544,6 +544,13 @@ def test_what_divides_divides_the_unit_too():
     assert label == "largest elastic energy $E / L$ [$E$/$L$$^{2}$]"
     assert cut(data, "energy_largest", x="mu_bar").label.endswith("$E$ [$E$/$L$]")
     assert along(data, "length").unit == " [length]"
+    assert cut(data, "energy_largest", at={"length": 1e-2}).held == ("$L$ = 0.01 [$L$]",)
+    del data.attrs["unit_of_length"]
+    assert cut(data, "energy_largest", at={"length": 1e-2}).held == ("$L$ = 0.01 [length]",)
+    axes = sweep(data, "energy_largest", x="mu_bar")
+    assert len(axes) == 1
+    axes = sweep(data, "stress")
+    assert [ax.get_title(loc="left") for ax in axes] == [f"$L$ = {x} [length]" for x in EPS]
 
 
 def walked_together() -> xr.Dataset:
