@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+import stokesfibers as sf
 from reference.pair_twins import plain
 from stokesfibers.domain import Free, Periodic
 from stokesfibers.flow import Shear
@@ -370,3 +371,44 @@ def test_gmres_solves_and_says_when_it_cannot():
         gmres(operator, right, reduction=1e-12, most=3)
     with pytest.raises(np.linalg.LinAlgError, match="not finite"):
         gmres(operator, np.nan * right, reduction=1e-2, most=3)
+    with pytest.raises(np.linalg.LinAlgError, match="singular"):
+        gmres(lambda v: (0.0 * v, v), right, reduction=1e-2, most=3)
+
+
+def test_gmres_finds_the_smallest_residual_of_each_number_of_iterations():
+    """|b - A u| over u in the span of b, A b, ..., by least squares."""
+    random = np.random.default_rng(1)
+    matrix, right = random.normal(size=(12, 12)), random.normal(size=12)
+    columns = [right]
+    for _ in range(4):
+        columns.append(matrix @ columns[-1])
+    image = matrix @ np.stack(columns[:4], axis=1)
+    _, (left, *_), *_ = np.linalg.lstsq(image, right, rcond=None)
+    least = np.sqrt(left) / np.linalg.norm(right)
+    found, iterations = gmres(
+        lambda v: (matrix @ v, v), right, reduction=least * (1.0 + 1e-9), most=12
+    )
+    assert iterations == 4
+    off = np.linalg.norm(right - matrix @ found) / np.linalg.norm(right)
+    assert off == pytest.approx(least, rel=1e-9)
+
+
+def test_filaments_that_settle_into_each_other_are_solved_in_one_step_each():
+    """Near contact the solves take more than 60 iterations; halved steps would take thousands."""
+    fiber = sf.Fiber(slenderness=1e-2, count=2)
+    load = sf.Gravity((0.0, -1000.0, 0.0))
+    problem = sf.Problem(fiber, mu_bar=1.0, load=load, engine=sf.SpectralEngine(rtol=1e-3))
+    along = np.linspace(-0.5, 0.5, 11)
+    points = np.array([[[s, y, 0.0] for s in along] for y in (0.0, 0.5)])
+    steps = []
+
+    def watch(moment):
+        steps.append(moment.time)
+        assert len(steps) < 300
+
+    record = sf.every(4e-4, observables=1e-5)
+    result = sf.simulate(problem, points, until=8e-4, record=record, threads=1, watch=watch)
+    assert (result.status.code, result.status.trust) == ("done", "trusted")
+    assert 60 < result.data["numerics"]["iterations"].max() < 200
+    gap = result.data["observables"]["smallest_gap"].to_numpy()
+    assert 0.0 < gap.min() < 1e-3, "a tenth of the radius"

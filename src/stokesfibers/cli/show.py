@@ -23,11 +23,13 @@ _EXTREMES = {
     "elastic_energy": "largest elastic energy",
     "largest_curvature": "largest curvature",
     "largest_tension": "largest tension",
+    "smallest_gap": "smallest gap between surfaces",
     "first_normal_stress_difference": "largest N_1, with its sign",
     "energy_error": "largest error of the power balance",
     "motion_error": "largest distance off the equation of motion",
     "force_error": "largest net elastic force, relative",
 }
+_OVERLAP = "Surfaces overlapped: there the model does not hold. A steric load keeps fibers apart."
 _COLOURS = {"done": "green", "failed": "red", "interrupted": "yellow", "running": "cyan"}
 
 
@@ -75,6 +77,8 @@ def _say(facts: dict[str, Any], run: Path) -> None:
         lines(
             (e["meaning"], number(e["value"]), f"at t = {e['time']:.6g}") for e in facts["extremes"]
         )
+        if any(e["name"] == "smallest_gap" and e["value"] < 0.0 for e in facts["extremes"]):
+            click.echo(f"  {_OVERLAP}")
     if facts["averages"]:
         first = facts["averages"][0]
         heading(f"Averages from t = {number(first['after'])} on, with one standard error")
@@ -204,12 +208,12 @@ def _extremes(observables: xr.Dataset) -> Iterator[dict[str, Any]]:
         values = held.to_numpy().reshape(len(times), -1)
         if not np.isfinite(values).any():
             continue
-        where = int(np.nanargmax(np.nanmax(values, axis=1)))
+        place = np.nanargmin(values) if name == "smallest_gap" else np.nanargmax(values)
         yield {
             "name": name,
             "meaning": meaning,
-            "value": float(np.nanmax(values)),
-            "time": float(times[where]),
+            "value": float(values.flat[place]),
+            "time": float(times[place // values.shape[1]]),
         }
 
 

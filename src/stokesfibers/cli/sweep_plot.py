@@ -30,7 +30,7 @@ _TYPED = {
     "--at",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Stay at this value of a parameter, or the nearest; may be given for several.",
+    help="Stay at this value of a parameter, or the nearest; at fiber=0, space=y. May be repeated.",
 )
 @click.option("--per", metavar="NAME", help="Divide by this parameter, such as mu_bar.")
 @click.option("--log", help="Logarithmic axes: x, y, xy or none; by default as values spread.")
@@ -74,20 +74,20 @@ def plot_sweep(
     from stokesfibers.plot import DARK, LIGHT, on, save, sweep
     from stokesfibers.plot.style import checked_path
     from stokesfibers.plot.sweep_data import cut
-    from stokesfibers.plot.sweep_select import checked, drawable
+    from stokesfibers.plot.sweep_select import chosen, drawable
     from stokesfibers.study.sweep_folder import SweepFolder
 
     data = held_dataset(folder)
     _, *others = drawable(data) or [""]
     with named_as_typed(_TYPED):
-        chosen = checked(data, name)
-        beside = folder.resolve().with_name(f"{folder.resolve().name}-{chosen}.png")
+        variable, *_ = chosen(data, name, dict(map(stay_at, at)))
+        beside = folder.resolve().with_name(f"{folder.resolve().name}-{variable}.png")
         targets = tuple(dict.fromkeys(out)) or (beside,)
         with replacing(*targets), on(DARK if dark else LIGHT):
             for target in targets:
                 checked_path(target)
             given: dict[str, Any] = {"x": x, "at": dict(map(stay_at, at)), "per": per}
-            drawn = sweep(data, chosen, log="" if log == "none" else log, **given)
+            drawn = sweep(data, variable, log="" if log == "none" else log, **given)
             for ax in drawn:
                 ax.set_ylabel(label if label and ax.get_ylabel() else ax.get_ylabel())
                 ax.set_xlabel(xlabel or ax.get_xlabel())
@@ -98,9 +98,9 @@ def plot_sweep(
                 warn("the figure has no legend, and --legend no effect.")
             for target in targets:
                 click.echo(save(drawn, target, dpi))
-        for note in cut(data, chosen, **given).notes:
+        for note in cut(data, variable, **given).notes:
             warn(f"{note}.")
     if name is None and others:
-        click.echo(f"It shows {chosen}; there are also: {', '.join(others)}.", err=True)
+        click.echo(f"It shows {variable}; there are also: {', '.join(others)}.", err=True)
     if shared := caption(SweepFolder(folder).plan()):
         click.echo(f"In all cases: {shared}.", err=True)

@@ -84,7 +84,7 @@ _ALL = (
     ("initial.amplitude", "1", "d_y", "256 initial bend / L"),
     ("initial.centre", "length", "", "initial mid-point"),
     ("initial.seed", "1", "", "seed of the initial shapes"),
-    ("initial.box", "length", "", "box of the initial mid-points"),
+    ("initial.box", "length", "", "initial box"),
     ("initial.cells", "1", "", "cells of the initial lattice"),
     ("initial.orientation", "", "", "initial orientation"),
     ("initial.orientation.kind", "", "", "kind of initial orientation"),

@@ -6,7 +6,7 @@ move straight. Two segments cross if their four ends become coplanar, that is if
 
 In a sheared cell images slide meanwhile. All is looked at in the frame that is sheared with the
 cell: there images rest, fibers that are near each other move slowly wherever they are, and volumes
-are the same.
+are the same. What all have in common, as where they settle together, is left out.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def find_crossings(
     """
     if len(before) == 1 and not np.any(domain.lengths > 0.0):
         return ()
-    after = sheared_back(after, domain, later or domain)
+    after = before + displacements(before, after, domain, later or domain)
     one, other, shift = _suspects(before, after, domain)
     if not len(shift):
         return ()
@@ -66,14 +66,15 @@ def find_crossings(
     )
 
 
-def sheared_back(after: Positions, domain: AbstractDomain, later: AbstractDomain) -> Positions:
-    """Return positions at the time of `later` as they are in the frame of `domain`."""
+def displacements(
+    before: Positions, after: Positions, domain: AbstractDomain, later: AbstractDomain
+) -> Positions:
+    """Return `after` less `before` in the frame of `domain`, less the mean of all nodes."""
+    moved = after - before
     slide = domain.slide_to(later)
-    if slide == 0.0:
-        return after
-    moved = after.copy()
-    moved[..., 0] -= slide / domain.lengths[1] * after[..., 1]
-    return moved
+    if slide != 0.0:
+        moved[..., 0] -= slide / domain.lengths[1] * after[..., 1]
+    return moved - moved.mean(axis=(0, 1))
 
 
 def _suspects(

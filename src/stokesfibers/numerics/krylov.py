@@ -8,8 +8,10 @@ an application. SciPy's offers neither.
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import hypot
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from stokesfibers.core.arrays import Array
 
@@ -42,27 +44,56 @@ def gmres(operator: Operator, right: Array, *, reduction: float, most: int) -> t
     if size == 0.0:
         return operator(right)[1], 1
     basis, found = [right / size], []
-    hessenberg = np.zeros((most + 1, most))
+    least = _LeastSquares()
     for j in range(most):
         image, product = operator(basis[j])
         found.append(product)
-        for i, v in enumerate(basis):
-            hessenberg[i, j] = np.einsum("i,i->", v.ravel(), image.ravel())
-            image = image - hessenberg[i, j] * v
-        left = hessenberg[j + 1, j] = _norm(image)
+        column = []
+        for v in basis:
+            column.append(float(np.einsum("i,i->", v.ravel(), image.ravel())))
+            image = image - column[-1] * v
+        left = _norm(image)
         if not np.isfinite(left):
             raise np.linalg.LinAlgError("the coupled system is not finite")
-        target = np.zeros(j + 2)
-        target[0] = 1.0
-        small = hessenberg[: j + 2, : j + 1]
-        share, *_ = np.linalg.lstsq(small, target, rcond=None)
-        if np.linalg.norm(target - small @ share) <= reduction:
+        if least.add(column, left) <= reduction:
+            share = least.solution()
             total = size * share[0] * found[0]
             for c, product in zip(share[1:], found[1:], strict=True):
                 total = total + size * c * product
             return total, j + 1
         basis.append(image / left)
     raise np.linalg.LinAlgError(f"no reduction to {reduction:g} in {most} iterations")
+
+
+class _LeastSquares:
+    """min |e_1 - H y| of a Hessenberg matrix that grows by a column, by Givens rotations."""
+
+    def __init__(self) -> None:
+        self._triangle: list[list[float]] = []
+        self._turns: list[tuple[float, float]] = []
+        self._target = [1.0]
+
+    def add(self, column: list[float], below: float) -> float:
+        """Take a column of H and what stands below its diagonal; return the residual."""
+        rows = [*column, below]
+        for i, (c, s) in enumerate(self._turns):
+            rows[i], rows[i + 1] = c * rows[i] + s * rows[i + 1], c * rows[i + 1] - s * rows[i]
+        size = hypot(rows[-2], rows[-1])
+        if size == 0.0:
+            raise np.linalg.LinAlgError("the coupled system is singular")
+        c, s = rows[-2] / size, rows[-1] / size
+        self._turns.append((c, s))
+        self._triangle.append([*rows[:-2], size])
+        rest = self._target.pop()
+        self._target += [c * rest, -s * rest]
+        return abs(s * rest)
+
+    def solution(self) -> Array:
+        """Return y."""
+        matrix = np.zeros((len(self._triangle), len(self._triangle)))
+        for j, column in enumerate(self._triangle):
+            matrix[: j + 1, j] = column
+        return solve_triangular(matrix, self._target[:-1])
 
 
 def _norm(values: Array) -> float:

@@ -48,6 +48,9 @@ class Balance:
         run goes, v as the model says; of what lasts of it, if that is known.
     pace
         The same of x_t less its mean along the fiber: how fast it turns and bends.
+    speed
+        The same of x_t less the mean of the flow along the fiber: how fast it moves through the
+        fluid, where a load drives it, too.
     """
 
     time: float
@@ -57,6 +60,7 @@ class Balance:
     load_power: float
     defect: float
     pace: float
+    speed: float
 
     @property
     def residual(self) -> float:
@@ -101,13 +105,14 @@ class Motion:
             flow_power=self.power(force, self.flow),
             load_power=self.power(self.load, self.model),
             defect=self.largest(rate - self.model),
-            pace=self.largest(self.relative(rate)),
+            pace=self.largest(rate - self.mean(rate)),
+            speed=self.largest(rate - self.mean(self.flow)),
         )
 
-    def relative(self, velocity: Array) -> Array:
-        """Return velocities less their mean along each fiber."""
-        mean = np.einsum("fin,fn->fi", velocity, self.weights) / self.weights.sum(axis=1)[:, None]
-        return velocity - mean[:, :, None]
+    def mean(self, velocity: Array) -> Array:
+        """Return means along each fiber, (fiber, 3, 1)."""
+        total = np.einsum("fin,fn->fi", velocity, self.weights)
+        return (total / self.weights.sum(axis=1)[:, None])[:, :, None]
 
     def largest(self, velocity: Array) -> float:
         """Return the largest over the fibers of the root mean square over L, in 1 / time."""

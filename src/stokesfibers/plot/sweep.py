@@ -56,7 +56,7 @@ def sweep(
     x
         The dimension along the horizontal axis.
     at
-        Values of swept parameters to stay at, the nearest of each; the figure names them.
+        Values of parameters to stay at, the nearest; or of a fiber, or component (``space``).
     per
         A swept parameter to divide the variable by.
     log

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot.sweep_along import Along, Floats, along, label_of
-from stokesfibers.plot.sweep_select import SERIES, checked, dimension, divisor, stay
+from stokesfibers.plot.sweep_select import SERIES, chosen, dimension, divisor, stay
 from stokesfibers.plot.sweep_units import in_natural_units, is_natural, naturally, quotient
 
 if TYPE_CHECKING:
@@ -72,11 +72,13 @@ def cut(
     per: str | None = None,
 ) -> Cut:
     """Return what `stokesfibers.plot.sweep` draws; parameters and errors are the same."""
-    name = checked(data, name)
+    name, places, parts = chosen(data, name, at or {})
+    data = data.isel(places)
+    at = {one: value for one, value in (at or {}).items() if one not in places}
     swept = [str(d) for d in data["status"].dims]
     below = None if per is None else divisor(data, per, swept)
-    _, held = stay(in_natural_units(data), swept, at or {})
-    data, _ = stay(data, swept, at or {})
+    _, held = stay(in_natural_units(data), swept, at)
+    data, _ = stay(data, swept, at)
     swept = [d for d in swept if d in data.dims]
     along_x, x = x, None if x is None else dimension(data, x, [*swept, *SERIES], "x")
     taken = _taken(data, name, below)
@@ -106,7 +108,7 @@ def cut(
         errors=None if taken.error is None else _grid(taken.error, found, order),
         doubtful=doubtful,
         series=time is not None,
-        held=held,
+        held=(*parts, *held),
         notes=tuple(_notes(data, name, values, doubtful)),
     )
 

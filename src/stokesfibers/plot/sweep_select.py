@@ -90,12 +90,53 @@ def checked(data: xr.Dataset, name: str | None) -> str:
     if name is not None and name not in names:
         hint = did_you_mean(name, names)
         if name in data and np.issubdtype(data[name].dtype, np.number):
-            parts = ", ".join(
-                map(str, {*map(str, data[name].dims)} - {*map(str, data["status"].dims)})
-            )
-            hint = f"It has components ({parts}): draw one in Python."
+            parts = sorted({*map(str, data[name].dims)} - {*map(str, data["status"].dims), *SERIES})
+            one = ", ".join(f"{dim} = {_components(data, dim)[-1]}" for dim in parts)
+            hint = f"It has components: stay at one, such as {one}."
         raise InputError("name", f"one of {', '.join(names)}", repr(name), hint)
     return name or names[0]
+
+
+def chosen(
+    data: xr.Dataset, name: str | None, at: Mapping[str, Any]
+) -> tuple[str, dict[str, int], tuple[str, ...]]:
+    """Return the `checked` variable, where its fiber or components in `at` are, and what these are.
+
+    Raises
+    ------
+    InputError
+        If it cannot be drawn, or has no such fiber or component.
+    """
+    places, held = {}, []
+    for dim in [one for one in at if one in data.dims and not _is_swept(data, one)]:
+        there, value = _components(data, dim), _bare(str(at[dim]))
+        if value not in there:
+            raise InputError("at", f"{dim} to be one of {_listed(there)}", repr(value))
+        places[dim] = there.index(value)
+        held.append(f"{dim} {value}" if dim == "fiber" else value)
+    name = checked(data.isel(places), name)
+    for dim in places:
+        if dim not in data[name].dims:
+            raise InputError("at", f"a swept parameter, {name} having no {dim}", repr(dim))
+    return name, places, tuple(held)
+
+
+def _is_swept(data: xr.Dataset, dim: str) -> bool:
+    return dim in (*data["status"].dims, *SERIES)
+
+
+def _components(data: xr.Dataset, dim: str) -> list[str]:
+    """Return the names of components, or numbers of fibers from 0."""
+    named = dim in data.coords and data[dim].dtype.kind not in "iuf"
+    return (
+        [str(one) for one in data[dim].to_numpy()]
+        if named
+        else list(map(str, range(data.sizes[dim])))
+    )
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names) if len(names) <= 4 else f"{names[0]} to {names[-1]}"
 
 
 def stay(
@@ -142,6 +183,8 @@ def dimension(data: xr.Dataset, name: str, dims: list[str], where: str) -> str:
     if name in data.coords and data[name].ndim == 1 and str(data[name].dims[0]) in dims:
         return str(data[name].dims[0])
     names = [d for d in dims if d not in SERIES]
+    if where == "at":
+        names += sorted({*map(str, data.dims)} - {*names, *SERIES})
     hint = did_you_mean(name, names)
     raise InputError(where, f"a swept parameter: {', '.join(names)}", repr(name), hint)
 

@@ -14,7 +14,7 @@ from stokesfibers.constraint.coupled import TensionError
 from stokesfibers.core.arrays import Positions
 from stokesfibers.core.errors import InputError, StoreError
 from stokesfibers.core.status import Status
-from stokesfibers.domain.crossings import Crossing, find_crossings, sheared_back
+from stokesfibers.domain.crossings import Crossing, displacements, find_crossings
 from stokesfibers.observe.snapshot import Snapshot
 from stokesfibers.problem.problem import Problem
 from stokesfibers.run.events import Event, Watchman
@@ -173,9 +173,9 @@ def _crossings(stepper: AbstractStepper[C], carry: C, ahead: C) -> tuple[Crossin
 def _parts(
     problem: Problem, before: Positions, after: Positions, times: tuple[float, float]
 ) -> int:
-    """Return in how many parts a step is looked at, so that no fiber moves far in one."""
+    """Return in how many parts a step is looked at, so that none moves far past others in one."""
     domains = problem.domain_at(times[0]), problem.domain_at(times[1])
-    moved = np.linalg.norm(sheared_back(after, *domains) - before, axis=-1).max(axis=1)
+    moved = np.linalg.norm(displacements(before, after, *domains), axis=-1).max(axis=1)
     lengths = np.array([kind.length for kind in problem.fibers])
     return ceil(float(np.max(moved / lengths)) / _PART_OF_A_STEP)
 

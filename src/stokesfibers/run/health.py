@@ -181,7 +181,9 @@ class Health(Generic[C]):
             return
         self._worst = {name: (value, time) for name, (value, time) in held["worst"].items()}
         self._now = dict(held["now"])
-        self._last = None if held["last"] is None else Balance(**held["last"])
+        last = held["last"]
+        # an older version held no speed
+        self._last = None if last is None else Balance(**({"speed": last["pace"]} | last))
         self._sums = _Sums(**held["sums"])
         if "most" not in held["sums"] and self._last is not None:  # of an older version
             self._sums = replace(self._sums, most=abs(self._sums.missing), when=self._last.time)
@@ -241,7 +243,7 @@ def _added(sums: _Sums, last: Balance | None, now: Balance, *, let_pass: float) 
         missing,
         sums.dissipated + half * dissipated,
         sums.off + half * (before.defect + now.defect),
-        sums.moved + half * (before.pace + now.pace),
+        sums.moved + half * (before.speed + now.speed),
         abs(missing) if more else sums.most,
         now.time if more else sums.when,
     )

@@ -135,6 +135,7 @@ class _PaperMotion:
             load_power=0.5 * (one.load_power + other.load_power),
             defect=ends[1].largest(off),
             pace=other.pace,
+            speed=other.speed,
         )
 
     def _at(self, t: float, x: Array, tension: Array, slow: Array) -> Motion:

@@ -34,7 +34,10 @@ from stokesfibers.stepping.spectral_system import FibersInFluid, Increment, Pass
 
 _factored, _solved = get_lapack_funcs(("getrf", "getrs"), dtype=np.float64)
 
-_MOST_ITERATIONS = 60
+_FEWEST_ITERATIONS, _MOST_ITERATIONS = 60, 300
+"""Before a step is given up and halved: fibers near contact want some 150, and there a step that is
+halved wants as many again."""
+_BASIS = 10_000_000  # numbers that iterations beyond the fewest may hold
 _BLOCK = 16  # fibers whose solves are one task
 
 
@@ -231,5 +234,6 @@ class IncrementSolver:
 
         first = systems.solve(systems.right) - own(velocity(systems.force, systems.resisted))
         right = by_force(first)
-        change, iterations = gmres(operator, right, reduction=reduction, most=_MOST_ITERATIONS)
+        most = min(_MOST_ITERATIONS, max(_FEWEST_ITERATIONS, _BASIS // right.size))
+        change, iterations = gmres(operator, right, reduction=reduction, most=most)
         return systems.together(first - change), iterations

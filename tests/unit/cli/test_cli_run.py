@@ -14,6 +14,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 from click.testing import CliRunner
@@ -520,6 +521,28 @@ def test_a_run_that_is_in_the_way_is_refused_before_anything_is_said(case, invok
     result = invoke("run", case)
     assert result.exit_code == 2
     assert "Storing in" not in result.stdout
+
+
+def test_surfaces_that_overlap_are_told(tmp_path, invoke):
+    """A flow presses two filaments across each other together, which no lubrication prevents."""
+    fiber = sf.Fiber(slenderness=1e-2, count=2)
+    flow = sf.PlanarExtension(1.0)
+    problem = sf.Problem(fiber, mu_bar=10.0, flow=flow)
+    along = np.linspace(-0.5, 0.5, 11)
+    one, other = [[s, 0.0102, 0.0] for s in along], [[0.0, -0.0102, s] for s in along]
+    path = tmp_path / "two.zarr"
+    result = sf.simulate(
+        problem, np.array([one, other]), until=0.2, record=sf.every(0.1, observables=0.02), out=path
+    )
+    observables = result.data["observables"].to_dataset()
+    gap, times = (observables[name].to_numpy() for name in ("smallest_gap", "time"))
+    found = json.loads(invoke("show", path, "--json").stdout)["extremes"]
+    (shown,) = [one for one in found if one["name"] == "smallest_gap"]
+    assert shown["value"] == gap.min() < 0.0 < gap[0]
+    assert shown["time"] == times[gap.argmin()]
+    assert "Surfaces overlapped" in invoke("show", path).stdout
+    rows = {row[0]: row for row in extreme_rows(result.data)}
+    assert rows["smallest gap between surfaces"][3].endswith("; surfaces overlap")
 
 
 def test_the_energy_shown_is_that_of_all_fibers(tmp_path, invoke):

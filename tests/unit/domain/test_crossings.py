@@ -88,6 +88,14 @@ def test_crossing_of_an_image_needs_the_period():
     assert_close(found.fraction, 1.0 / 3.0, rtol=1e-9)
 
 
+@pytest.mark.parametrize("domain", [Free(), Sheared((2.0, 2.0, 2.0))], ids=["free", "sheared"])
+def test_falling_together_changes_no_crossing(domain):
+    before, after = _cross(0.01), _cross(-0.02)
+    (found,) = find_crossings(before, after + np.array([3.0, -500.0, 2.0]), domain)
+    assert (found.first, found.second) == (0, 1)
+    assert_close(found.fraction, 1.0 / 3.0, rtol=1e-9)
+
+
 def test_fast_crossing_by_many_spacings_is_found():
     assert len(find_crossings(_cross(0.2), _cross(-0.2), Free())) == 1
 

@@ -106,6 +106,7 @@ def test_parts_of_a_balance():
     assert balance.residual == pytest.approx(expected)
     assert balance.defect == pytest.approx(np.sqrt(0.5))
     assert balance.pace == pytest.approx(np.sqrt(0.5)), "without the mean"
+    assert balance.speed == pytest.approx(np.sqrt(0.5 + 3.0 * (0.5 - 0.75) ** 2)), "less the flow"
 
 
 def test_an_end_under_tension_is_seen():

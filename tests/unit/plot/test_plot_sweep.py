@@ -449,8 +449,42 @@ def test_numbers_that_are_all_the_same_are_noise():
 
 
 def test_what_has_components_is_refused_by_name():
-    with pytest.raises(InputError, match="It has components"):
+    with pytest.raises(InputError, match="It has components: stay at one, such as i = 1, j = 1"):
         cut(swept(), "tensor")
+    with pytest.raises(InputError, match="such as j = 1"):
+        cut(swept(), "tensor", at={"i": 0})
+
+
+def test_one_component_or_fiber_is_drawn():
+    data = swept().isel(seed=0, slenderness=0, drop=True)
+    part = np.arange(8.0).reshape(4, 2, 1) + np.array([0.0, 100.0])
+    data = data.drop_vars(["energy_largest", "energy_largest_time"]).assign_coords(space=["x", "y"])
+    data["pull"] = (("mu_bar", "fiber", "space"), part)
+    found = cut(data, "pull", at={"space": "y", "fiber": "1"})
+    assert_close(found.values[0, 0], part[:, 1, 1])
+    assert found.held == ("y", "fiber 1")
+    assert "mean over" not in found.label
+    found = cut(data, "pull", at={"space": "x"})
+    assert_close(found.values[0, 0], part[:, :, 0].mean(axis=1))
+    assert found.held == ("x",)
+
+
+@pytest.mark.parametrize(
+    ("name", "at", "says"),
+    [
+        ("pull", {"space": "z"}, "space to be one of x, y, got 'z'"),
+        ("pull", {"space": "y", "fiber": 7}, "fiber to be one of 0 to 6, got '7'"),
+        ("pull", {"space": "y", "fiber": 1.5}, "fiber to be one of 0 to 6"),
+        ("stress_mean", {"space": "y"}, "stress_mean having no space"),
+        ("stress_mean", {"node": 1}, "a swept parameter: mu_bar, fiber, i, j, space"),
+    ],
+)
+def test_components_and_fibers_that_are_not_there_are_refused(name, at, says):
+    data = swept().isel(seed=0, slenderness=0, drop=True)
+    data = data.drop_vars(["energy_largest", "energy_largest_time"]).assign_coords(space=["x", "y"])
+    data["pull"] = (("mu_bar", "fiber", "space"), np.ones((4, 7, 2)))
+    with pytest.raises(InputError, match=says):
+        cut(data, name, at=at)
 
 
 def test_units_are_natural_where_the_dataset_says_so():
