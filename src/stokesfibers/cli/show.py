@@ -29,7 +29,6 @@ _EXTREMES = {
     "motion_error": "largest distance off the equation of motion",
     "force_error": "largest net elastic force, relative",
 }
-_OVERLAP = "Surfaces overlapped: there the model does not hold. A steric load keeps fibers apart."
 _COLOURS = {"done": "green", "failed": "red", "interrupted": "yellow", "running": "cyan"}
 
 
@@ -77,8 +76,6 @@ def _say(facts: dict[str, Any], run: Path) -> None:
         lines(
             (e["meaning"], number(e["value"]), f"at t = {e['time']:.6g}") for e in facts["extremes"]
         )
-        if any(e["name"] == "smallest_gap" and e["value"] < 0.0 for e in facts["extremes"]):
-            click.echo(f"  {_OVERLAP}")
     if facts["averages"]:
         first = facts["averages"][0]
         heading(f"Averages from t = {number(first['after'])} on, with one standard error")

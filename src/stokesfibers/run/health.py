@@ -40,6 +40,7 @@ PAPER_LIMITS: Mapping[str, float] = {
     "energy_error": 5e-3,
     "motion_error": 1e-2,
     "spatial_error": float("inf"),
+    "overlap": 0.0,
 }
 """With the paper's engine: up to twice what its coarsest run has (N = 50, mu_bar = 4e5, Fig. 8)."""
 _EVERY, _EVERY_OF_SEVERAL = 16, 32  # steps between two that are weighed
@@ -51,6 +52,7 @@ _MORE_NODES = (
     "Take more discretization.nodes, or leave them out: the run then adds what shapes ask for"
 )
 _SMALLER_STEP = "Take a smaller stepping.rtol"
+_APART = "Add a steric load, or a stronger one; where fibers overlap the model does not hold"
 _HINTS: Mapping[str, tuple[str, str]] = {
     "length_error": ("a fiber changed its length", _SMALLER_STEP),
     "force_error": ("the elastic forces on a fiber do not add up to zero", _MORE_NODES),
@@ -58,6 +60,7 @@ _HINTS: Mapping[str, tuple[str, str]] = {
     "energy_error": ("the balance of power is not kept", _SMALLER_STEP),
     "motion_error": ("the fibers do not move as the equation of motion says", _SMALLER_STEP),
     "spatial_error": ("the nodes do not resolve the shapes", _MORE_NODES),
+    "overlap": ("surfaces of fibers overlap", _APART),
 }
 _FIXED_STEP = "Take a smaller stepping.dt, or give stepping.rtol instead"
 _PAPER = "Take more discretization.intervals and a smaller stepping.dt, or engine = 'spectral'"
@@ -70,6 +73,7 @@ def limits(problem: Problem) -> dict[str, float]:
         return dict(PAPER_LIMITS)
     fixed = engine.rtol is None
     found = dict.fromkeys(PAPER_LIMITS, FIXED_LIMIT if fixed else float(engine.rtol or 0.0))
+    found["overlap"] = PAPER_LIMITS["overlap"]
     return found | ({"spatial_error": _FIXED_SPACE} if fixed else {})
 
 
@@ -125,6 +129,8 @@ class Health(Generic[C]):
         """Take note of the observables of a moment, and return what belongs beside them."""
         when = float(records["observables/time"][0])
         self.note("length_error", float(np.max(records["observables/length_error"])), when)
+        if "observables/smallest_gap" in records:
+            self.note("overlap", max(0.0, -records["observables/smallest_gap"].min().item()), when)
         return {f"observables/{name}": np.array([self._now[name]]) for name in WEIGHED}
 
     def note(self, quantity: str, value: float, time: float) -> None:
@@ -213,18 +219,23 @@ class Health(Generic[C]):
 
     def _beyond(self) -> list[Reason]:
         """Return a reason for each quantity beyond its limit, the farthest first."""
-        engine, found = self._stepper.problem.engine, []
+        found = []
         beyond = {name: w for name, w in self._worst.items() if w[0] > self._limits[name]}
         for name, (value, time) in beyond.items():
             what, hint = _HINTS[name]
-            if isinstance(engine, PaperEngine):
-                hint = _PAPER
-            elif "spatial_error" in beyond:  # spoils all the rest
-                hint = _MORE_NODES
-            elif engine.rtol is None and hint == _SMALLER_STEP:
-                hint = _FIXED_STEP
+            if name != "overlap":
+                hint = self._hint(hint, spoilt="spatial_error" in beyond)
             found.append(Reason(name, value, self._limits[name], time, what, hint))
-        return sorted(found, key=lambda r: (r.quantity != "spatial_error", -r.value / r.limit))
+        far = {r.quantity: r.value / r.limit if r.limit else np.inf for r in found}
+        return sorted(found, key=lambda r: (r.quantity != "spatial_error", -far[r.quantity]))
+
+    def _hint(self, hint: str, *, spoilt: bool) -> str:
+        engine = self._stepper.problem.engine
+        if isinstance(engine, PaperEngine):
+            return _PAPER
+        if spoilt:  # by too few nodes, as is all the rest
+            return _MORE_NODES
+        return _FIXED_STEP if engine.rtol is None and hint == _SMALLER_STEP else hint
 
 
 def _added(sums: _Sums, last: Balance | None, now: Balance, *, let_pass: float) -> _Sums:

@@ -175,8 +175,7 @@ def extreme_rows(data: xr.DataTree) -> Iterator[tuple[str, ...]]:
         variable = select.describe(data, "observables", name)
         which = "" if {"largest", "smallest"} & {*variable.meaning.split()} else "largest "
         meaning = text(which + variable.meaning + (", all fibers" if summed else ""))
-        over = "; surfaces overlap" if name == "smallest_gap" and value < 0.0 else ""
-        yield meaning, number(value), unit(variable.unit), f"t = {number(float(time[at]))}{over}"
+        yield meaning, number(value), unit(variable.unit), f"t = {number(float(time[at]))}"
 
 
 def step_rows(data: xr.DataTree) -> Iterator[tuple[str, ...]]:

@@ -523,7 +523,7 @@ def test_a_run_that_is_in_the_way_is_refused_before_anything_is_said(case, invok
     assert "Storing in" not in result.stdout
 
 
-def test_surfaces_that_overlap_are_told(tmp_path, invoke):
+def test_surfaces_that_overlap_are_doubted(tmp_path, invoke):
     """A flow presses two filaments across each other together, which no lubrication prevents."""
     fiber = sf.Fiber(slenderness=1e-2, count=2)
     flow = sf.PlanarExtension(1.0)
@@ -540,9 +540,9 @@ def test_surfaces_that_overlap_are_told(tmp_path, invoke):
     (shown,) = [one for one in found if one["name"] == "smallest_gap"]
     assert shown["value"] == gap.min() < 0.0 < gap[0]
     assert shown["time"] == times[gap.argmin()]
-    assert "Surfaces overlapped" in invoke("show", path).stdout
-    rows = {row[0]: row for row in extreme_rows(result.data)}
-    assert rows["smallest gap between surfaces"][3].endswith("; surfaces overlap")
+    (reason,) = result.status.reasons
+    assert (reason.quantity, reason.value, reason.time) == ("overlap", -gap.min(), shown["time"])
+    assert "surfaces of fibers overlap" in invoke("show", path).stdout
 
 
 def test_the_energy_shown_is_that_of_all_fibers(tmp_path, invoke):
