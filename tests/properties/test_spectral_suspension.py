@@ -19,6 +19,7 @@ from stokesfibers.slender.mobility import NonLocal
 from stokesfibers.slender.regularization import SpheroidalRegularization
 from stokesfibers.slender.spectral import SpectralFiber
 from stokesfibers.slender.spectral_suspension import SpectralInteraction
+from stokesfibers.stepping import spectral_solve
 from stokesfibers.stepping.spectral import SpectralStepper
 from stokesfibers.stepping.spectral_carry import Carry, State
 from stokesfibers.summation.close_approach import PaperCloseApproach, SmoothCloseApproach
@@ -391,6 +392,22 @@ def test_gmres_finds_the_smallest_residual_of_each_number_of_iterations():
     assert iterations == 4
     off = np.linalg.norm(right - matrix @ found) / np.linalg.norm(right)
     assert off == pytest.approx(least, rel=1e-9)
+
+
+@pytest.mark.parametrize(("basis", "allowed"), [(10**7, 300), (1, 60), (20_000, 20_000 // 192)])
+def test_iterations_are_as_many_as_memory_allows(basis, allowed, monkeypatch):
+    """Two fibers of 32 nodes: 192 forces."""
+    asked = []
+
+    def watched(operator, right, *, reduction, most):
+        asked.append((right.size, most))
+        return gmres(operator, right, reduction=reduction, most=most)
+
+    monkeypatch.setattr(spectral_solve, "gmres", watched)
+    monkeypatch.setattr(spectral_solve, "_BASIS", basis)
+    stepper = _stepper([_fiber(nodes=32)] * 2)
+    stepper.step(stepper.init(_curves(2)))
+    assert set(asked) == {(192, allowed)}
 
 
 def test_filaments_that_settle_into_each_other_are_solved_in_one_step_each():

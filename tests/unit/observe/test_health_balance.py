@@ -166,6 +166,8 @@ def test_power_balances_while_a_fiber_bends(engine, share, weight):
     assert (abs(balance.load_power) > 0.01 * size) == (weight > 0.0)
     assert abs(balance.residual) < share * size
     assert balance.defect < 10.0 * share * balance.pace
+    falls = np.sqrt(balance.speed**2 - balance.pace**2)  # about |c| g / (8 pi mu) = 0.04 to 0.08
+    assert (0.04 < falls < 0.08) if weight else falls < 0.02
 
 
 @pytest.mark.parametrize("kind", ["spectral", "paper"])

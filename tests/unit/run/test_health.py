@@ -280,6 +280,17 @@ def test_a_run_that_blew_up_is_never_trusted():
     assert float(recorded.max()) < 1e-3, "no record shows it"
 
 
+@pytest.mark.parametrize("engine", [None, sf.PaperEngine(intervals=16, dt=0.1, beta=1.0)])
+def test_surfaces_that_overlap_are_told_first_with_what_keeps_fibers_apart(engine):
+    health = Health(stepper_of(_rotating_problem(engine), 1), 1)
+    health.note("energy_error", 1.0, 0.5)
+    health.note("overlap", 1e-6, 0.7)
+    health.note("length_error", 0.5, 0.5)
+    reasons = health.judged(Status("done", 1.0), []).reasons
+    assert [r.quantity for r in reasons] == ["overlap", "energy_error", "length_error"]
+    assert ["steric" in r.hint for r in reasons] == [True, False, False]
+
+
 @pytest.mark.parametrize("code", ["running", "failed"])
 def test_only_what_ended_is_trusted(code):
     stepper = stepper_of(_rotating_problem(), 1)
