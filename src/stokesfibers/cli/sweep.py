@@ -20,6 +20,7 @@ from stokesfibers.cli.options import (
 from stokesfibers.cli.replacing import replacing
 from stokesfibers.cli.sweep_cost import say_cost
 from stokesfibers.cli.sweep_find import find
+from stokesfibers.cli.sweep_groups import say_groups
 from stokesfibers.cli.sweep_plot import plot_sweep
 from stokesfibers.cli.sweep_words import (
     bar,
@@ -104,7 +105,9 @@ netcdf_option = click.option(
 )
 @set_option
 @click.option("--retry", is_flag=True, help="Try cases that failed for good again.")
-@click.option("--dry-run", is_flag=True, help="Check all cases, say what they cost; run none.")
+@click.option(
+    "--dry-run", is_flag=True, help="Check all cases, say their groups and cost; run none."
+)
 @netcdf_option
 @python_option
 @quiet_option
@@ -140,6 +143,7 @@ def run_sweep(
         say_case_doubts(plan, allow_python=allow_python)
     if dry_run:
         say_plan(plan)
+        say_groups(plan, allow_python=allow_python)
         say_cost(plan, workers, here=scheduler is None, allow_python=allow_python)
         return DONE
     if workers is None and scheduler is None and not has_dask() and not quiet:

@@ -48,7 +48,7 @@ class PlanarExtension(AbstractFlow):
     Attributes
     ----------
     rate
-        Rate of stretching along x [1/time]; negative stretches along y instead.
+        Rate of stretching along x [1/time]; negative compresses along x, stretches along y.
     """
 
     kind: ClassVar[str] = "planar_extension"

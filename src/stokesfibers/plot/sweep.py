@@ -38,14 +38,15 @@ def sweep(
     at: Mapping[str, Any] | None = None,
     per: str | None = None,
     log: str | None = None,
+    ax: Axes | None = None,
 ) -> NDArray[Any]:
     """Draw a variable of a sweep's dataset; return the axes, one for each panel.
 
     It is drawn against the swept parameter with the most values, or the time if it is a series;
-    lines are those of a second parameter, panels those of a third. Seeds become their mean with one
-    standard error, and fibers their mean. What cannot be trusted is hollow, or dashed if it is a
-    series, and so are means that lack a seed; cases that failed are left out. Axes are logarithmic
-    where positive values spread over a factor of 30, or parameters grow by factors.
+    lines are those of a second, panels of a third. Seeds become their mean with one standard error,
+    fibers their mean. What cannot be trusted is hollow, or dashed if it is a series, and so are
+    means that lack a seed; cases that failed are left out. Axes are logarithmic where positive
+    values spread over a factor of 30, or parameters grow by factors.
 
     Parameters
     ----------
@@ -61,6 +62,8 @@ def sweep(
         A swept parameter to divide the variable by.
     log
         Axes that are logarithmic: ``"x"``, ``"y"``, ``"xy"`` or ``""``; default as above.
+    ax
+        Axes to draw on, if there is one panel.
 
     Returns
     -------
@@ -71,20 +74,16 @@ def sweep(
     InputError
         If there is no such variable, dimension or value, too many are left, or none is known.
     """
-    if log not in (None, "", "x", "y", "xy", "yx"):
-        raise InputError("log", "x, y, xy or nothing", repr(log))
-    held = cut(data, name, x=x, at=at, per=per)
-    _check(held, held.lines, "lines", _MOST_LINES)
-    _check(held, held.panels, "panels", _MOST_PANELS)
-    axes = _axes(len(held.values))
+    held = _checked(log, cut(data, name, x=x, at=at, per=per))
+    axes = _axes(len(held.values), ax)
     with style():
-        for k, ax in enumerate(axes):
-            _draw(ax, held, k)
-            _scales(ax, held, log)
-            ax.set_xlabel(held.x.label)
-            ax.set_ylabel(held.label if k % _ACROSS == 0 else "")
+        for k, panel in enumerate(axes):
+            _draw(panel, held, k)
+            _scales(panel, held, log)
+            panel.set_xlabel(held.x.label)
+            panel.set_ylabel(held.label if k % _ACROSS == 0 else "")
             if held.panels is not None:
-                ax.set_title(held.panels.said(k), loc="left")
+                panel.set_title(held.panels.said(k), loc="left")
         _share_heights(axes, held)
         number_axes(axes, plain_x=held.x.numbers is not None)
         _name_what_stays(axes, held)
@@ -100,13 +99,17 @@ def _name_what_stays(axes: NDArray[Any], held: Cut) -> None:
         axes[0].figure.suptitle(text, x=0.02, ha="left")
 
 
-def _axes(count: int) -> NDArray[Any]:
-    """Return axes for `count` panels on a figure of a column, or a page for several."""
+def _axes(count: int, ax: Axes | None) -> NDArray[Any]:
+    """Return axes for `count` panels on a figure of a column, or a page for several, or `ax`."""
+    if ax is not None:
+        if count > 1:
+            raise InputError("ax", "no axes for several panels, or `at` a value of one more", "ax")
+        return np.array([ax], dtype=object)
     across, down = min(count, _ACROSS), -(-count // _ACROSS)
     width = COLUMN if count == 1 else PAGE
     panels = new_panels(down, across, width=width, height=0.3 + 2.3 * down).ravel()
-    for ax in panels[count:]:
-        ax.set_visible(False)
+    for unused in panels[count:]:
+        unused.set_visible(False)
     return panels[:count]
 
 
@@ -121,6 +124,14 @@ def _legend(axes: NDArray[Any], lines: Along | None) -> None:
         axes[-1].legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), **options)
     else:
         axes[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.08), **options)
+
+
+def _checked(log: str | None, held: Cut) -> Cut:
+    if log not in (None, "", "x", "y", "xy", "yx"):
+        raise InputError("log", "x, y, xy or nothing", repr(log))
+    _check(held, held.lines, "lines", _MOST_LINES)
+    _check(held, held.panels, "panels", _MOST_PANELS)
+    return held
 
 
 def _check(held: Cut, direction: Along | None, what: str, most: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -115,6 +116,7 @@ def cut(
 
 def _notes(data: xr.Dataset, name: str, values: Floats, doubtful: NDArray[Any]) -> Iterator[str]:
     known = np.isfinite(values).any(axis=-1) if _is_series(data[name]) else None
+    yield from _at_an_end(data, name)
     if alike(values):
         yield f"all values of {name} are the same to a part in a million"
     shown = np.isfinite(values) if known is None else known
@@ -123,6 +125,20 @@ def _notes(data: xr.Dataset, name: str, values: Floats, doubtful: NDArray[Any]) 
         drawn = "dashed" if known is not None else "hollow"
         count = f"{odd.sum()} of {shown.sum()} results drawn"
         yield f"{count} cannot be trusted, lack a seed or have not settled; they are {drawn}"
+
+
+def _at_an_end(data: xr.Dataset, name: str) -> Iterator[str]:
+    """Say of how many cases the largest or smallest value is the first one, or the last."""
+    when = data.get(f"{name}_time")
+    if when is None:
+        return
+    known = when.notnull()
+    first = json.loads(data.attrs.get("collect", "{}")).get("after") or 0.0
+    last = data["time_reached"] * (1.0 - 1e-9) if "time_reached" in data else np.inf
+    for there, what in ((when <= first, "first"), (when >= last, "last")):
+        count = int((known & there).sum())
+        if count:
+            yield f"{count} of {int(known.sum())} values are those of the {what} time"
 
 
 def _is_series(held: xr.DataArray) -> bool:

@@ -86,6 +86,25 @@ def test_dry_run_lists_the_cases_and_makes_nothing(file, invoke):
     assert not Path("twofold").exists()
 
 
+def test_dry_run_tells_the_groups_of_all_cases(file, invoke):
+    """eta = mu_bar / 8.2103, threshold 306.4 in shear; B only where there is a weight."""
+    said = invoke("sweep", file, "--dry-run").stdout
+    rows = [line.split("  ") for line in said.partition("of all cases\n")[2].splitlines()[:4]]
+    groups = {row[1].strip(): " ".join(row[2:]).strip() for row in rows if len(row) > 2}
+    assert groups["mu_bar"].startswith("1000 to 10000")
+    assert groups["eta"].startswith("121.8 to 1218")
+    assert groups["buckling"].startswith("0.3975 to 3.975")
+    assert "B" not in groups
+    text = SWEEP.replace('flow.kind = "shear"', 'flow.kind = "none"')
+    text = text.replace("[grid]\n", "[grid]\nload.force.1 = [-50.0, -20.0]\n").replace(
+        "[case]", '[case]\nload = {kind = "gravity", force = [0.0, -1.0, 0.0]}\nfluid.mu_bar = 1.0'
+    )
+    file.write_text(text)
+    said = invoke("sweep", file, "--dry-run").stdout
+    assert "B  20 to 50" in said
+    assert "buckling" not in said
+
+
 def test_status_tells_counts_and_how_to_go_on(file, invoke):
     assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
     result = invoke("sweep", "status", "twofold")

@@ -11,7 +11,7 @@ import xarray as xr
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.variables import NATURAL_UNITS
 from stokesfibers.plot import save, sweep
-from stokesfibers.plot.style import time_colours
+from stokesfibers.plot.style import new_panels, time_colours
 from stokesfibers.plot.sweep_along import Along, along, label_of
 from stokesfibers.plot.sweep_data import cut
 from stokesfibers.plot.sweep_select import drawable, stay
@@ -446,6 +446,31 @@ def test_numbers_that_are_all_the_same_are_noise():
         data["stress_mean"] = ("mu_bar", 1.0 + spread * np.arange(4) / 3.0)
         notes = cut(data, "stress_mean").notes
         assert any("the same to a part in a million" in note for note in notes) is alike
+
+
+@pytest.mark.parametrize(("after", "first"), [(0.0, 2), (0.5, 3)])
+def test_values_of_the_first_and_the_last_time_are_counted(after, first):
+    """There nothing grew, or it may grow on."""
+    data = swept().isel(seed=0, slenderness=0, fiber=0, drop=True)
+    data["energy_largest_time"] = ("mu_bar", [0.0, 0.0, 0.5, 3.0])
+    data["time_reached"] = ("mu_bar", [4.0, 4.0, 4.0, 3.0])
+    data.attrs["collect"] = json.dumps({"largest": ["energy"], "after": after})
+    notes = cut(data, "energy_largest").notes
+    assert f"{first} of 4 values are those of the first time" in notes
+    assert "1 of 4 values are those of the last time" in notes
+    data["energy_largest_time"] = ("mu_bar", [0.6, 1.0, np.nan, 2.9])
+    assert not any("of the" in note for note in cut(data, "energy_largest").notes)
+
+
+def test_axes_of_a_figure_of_one_s_own():
+    data = swept().isel(seed=0, drop=True)
+    panels = new_panels(1, 2, width=7.0, height=2.0)
+    (drawn,) = sweep(data, "energy_largest", ax=panels[0, 1])
+    assert drawn is panels[0, 1]
+    assert len(drawn.get_lines()) >= 2
+    assert not panels[0, 0].get_lines()
+    with pytest.raises(InputError, match="no axes for several panels"):
+        sweep(swept(), "energy_largest", x="seed", ax=panels[0, 0])
 
 
 def test_what_has_components_is_refused_by_name():
