@@ -13,6 +13,7 @@ from stokesfibers.core.arrays import Array, Points
 from stokesfibers.core.errors import InputError
 
 Axis = tuple[float, float, float]
+_TINY, _HUGE = 1e-150, 1e150
 
 
 class AbstractOrientation(abc.ABC):
@@ -27,10 +28,12 @@ class AbstractOrientation(abc.ABC):
 
 def _unit(where: str, axis: object) -> Axis:
     vector = np.array(checks.vector3(where, axis))
-    size = float(np.linalg.norm(vector))
-    if size == 0.0:
+    largest = float(np.abs(vector).max())
+    if largest == 0.0:
         raise InputError(where, "a vector that is not zero", axis)
-    x, y, z = vector / size
+    if not _TINY < largest < _HUGE:  # its square would not be a number above zero
+        vector = vector / largest
+    x, y, z = vector / np.linalg.norm(vector)
     return float(x), float(y), float(z)
 
 

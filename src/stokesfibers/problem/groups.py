@@ -9,7 +9,7 @@ k^2 = |T| / (2 E).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, pi, sqrt
+from math import hypot, inf, pi, sqrt
 
 import numpy as np
 
@@ -110,7 +110,7 @@ def weight(problem: Problem, fiber: Fiber) -> float | None:
     """Return the elasto-gravitational number g L^3 / E of `fiber`; None without a weight."""
     if not isinstance(problem.load, Gravity):
         return None
-    pull = float(np.linalg.norm(problem.load.force))
+    pull = hypot(*problem.load.force)
     return pull * float(fiber.length) ** 3 / float(fiber.rigidity)
 
 

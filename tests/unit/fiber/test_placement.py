@@ -204,3 +204,8 @@ def test_orientations_have_their_moments():
 def test_bad_orientations_are_refused(make):
     with pytest.raises(InputError):
         make()
+
+
+@pytest.mark.parametrize("size", [1.0, 1e308, 1e-320])
+def test_an_axis_may_have_any_length(size):
+    assert_close(Aligned((0.6 * size, -0.8 * size, 0.0)).axis, (0.6, -0.8, 0.0), atol=1e-4)
