@@ -24,7 +24,7 @@ _OPTIONS = {
     "fastmath": {"reassoc", "contract", "arcp", "nsz", "afn"},
 }
 _PLAIN = {"cache": True, "nogil": True, "error_model": "numpy"}
-# Parts are inlined and not cached by themselves; see `kernels.pairs`.
+# Parts are inlined and not cached by themselves; see `kernels`.
 _PART = {**_OPTIONS, "cache": False, "forceinline": True}
 _STEP = 2.0**-20
 _GRID = 2.0**20
@@ -111,7 +111,8 @@ def _row(points, j0, j1, box, shift, rc2, code, last, fill, index, at, runs, cod
         r2 = 0.0
         for d in range(3):
             x = points[d, j] + shift[d]
-            r2 += _gap(box[d], box[d + 3], x, x) ** 2
+            gap = _gap(box[d], box[d + 3], x, x)
+            r2 += gap * gap
         if r2 < rc2:
             if code != last:
                 if fill:
@@ -513,14 +514,19 @@ def own_pairs(
 def _pair_of_modes(a, b, i, j, m, i2, j2, m2, kx, ky, kz, weight):
     """Multiply the modes k and -k of f_x + i f_y (a) and f_z (b) by weight (I - kk / k^2)."""
     p, n = a[i, j, m], a[i2, j2, m2].conjugate()
-    fx, fy, fz = 0.5 * (p + n), -0.5j * (p - n), b[i, j, m]
-    along = (kx * fx + ky * fy + kz * fz) / max(kx * kx + ky * ky + kz * kz, 1e-300)
-    fx, fy = weight * (fx - kx * along), weight * (fy - ky * along)
-    fz = weight * (fz - kz * along)
-    a[i, j, m] = fx + 1j * fy
-    b[i, j, m] = fz
-    a[i2, j2, m2] = fx.conjugate() + 1j * fy.conjugate()
-    b[i2, j2, m2] = fz.conjugate()
+    xr, xi = 0.5 * (p.real + n.real), 0.5 * (p.imag + n.imag)
+    yr, yi = 0.5 * (p.imag - n.imag), 0.5 * (n.real - p.real)
+    zr, zi = b[i, j, m].real, b[i, j, m].imag
+    less = 1.0 / max(kx * kx + ky * ky + kz * kz, 1e-300)
+    along_r = less * (kx * xr + ky * yr + kz * zr)
+    along_i = less * (kx * xi + ky * yi + kz * zi)
+    xr, xi = weight * (xr - kx * along_r), weight * (xi - kx * along_i)
+    yr, yi = weight * (yr - ky * along_r), weight * (yi - ky * along_i)
+    zr, zi = weight * (zr - kz * along_r), weight * (zi - kz * along_i)
+    a[i, j, m] = complex(xr - yi, xi + yr)
+    b[i, j, m] = complex(zr, zi)
+    a[i2, j2, m2] = complex(xr + yi, yr - xi)
+    b[i2, j2, m2] = complex(zr, -zi)
 
 
 @njit(**_PLAIN)
@@ -585,5 +591,6 @@ def add_doublets(i, a, b, second, third, kx, ky, kz, slant):
         y = ky[j] - slant * kx[i]
         for m in range(a.shape[2]):
             k2 = kx[i] * kx[i] + y * y + kz[m] * kz[m]
-            a[i, j, m] -= 0.25 * k2 * second[i, j, m]
-            b[i, j, m] -= 0.25 * k2 * third[i, j, m]
+            w = 0.25 * k2
+            a[i, j, m] -= complex(w * second[i, j, m].real, w * second[i, j, m].imag)
+            b[i, j, m] -= complex(w * third[i, j, m].real, w * third[i, j, m].imag)

@@ -17,9 +17,7 @@ _OPTIONS = {
     "error_model": "numpy",
     "fastmath": {"reassoc", "contract", "arcp", "nsz"},
 }
-# Parts are inlined into the kernels and not cached by themselves. Otherwise a kernel fresh from the
-# compiler calls the part's own code, one from the cache the copy within it, and they round
-# differently.
+# Parts are inlined and not cached by themselves; see `kernels`.
 _PART = {**_OPTIONS, "cache": False, "forceinline": True}
 
 
@@ -77,7 +75,8 @@ def _hermite(x, xs, h, j, xi, at):
 def _is_near(p, x, j, near2):
     r2 = 0.0
     for d in range(3):
-        r2 += (p[d] - x[d, j]) ** 2
+        r = p[d] - x[d, j]
+        r2 += r * r
     return r2 < near2
 
 
@@ -123,7 +122,8 @@ def nearest(p, x):
         xi = min(1.0, max(0.0, along / size))
         d2 = 0.0
         for d in range(3):
-            d2 += (p[d] - x[d, j] - xi * (x[d, j + 1] - x[d, j])) ** 2
+            r = p[d] - x[d, j] - xi * (x[d, j + 1] - x[d, j])
+            d2 += r * r
         if d2 < best:
             best, interval, fraction = d2, j, xi
     return np.sqrt(best), interval, fraction
@@ -138,7 +138,7 @@ def blend_weight(distance, d0, smooth):
     if d0 == 0.0:
         return 1.0
     xi = min(1.0, max(0.0, distance / d0 - 1.0))
-    return xi**3 * (10.0 + xi * (6.0 * xi - 15.0)) if smooth else xi
+    return xi * xi * xi * (10.0 + xi * (6.0 * xi - 15.0)) if smooth else xi
 
 
 @njit(**_PART)
@@ -195,7 +195,8 @@ def _others(
         nearest_lattice_shift(middle - x[k, :, half], periods, shift)
         # the blend begins at 2 d_0, which on fine grids is farther out than near * h; its distance
         # is to the centreline, half an interval from a node at most
-        near2 = max(close[0] * h[k], 2.0 * close[2][k] + 0.5 * h[k]) ** 2
+        reach = max(close[0] * h[k], 2.0 * close[2][k] + 0.5 * h[k])
+        near2 = reach * reach
         for q in range(near_shifts.shape[0]):
             sx = shift[0] + near_shifts[q, 0]
             sy = shift[1] + near_shifts[q, 1]
@@ -317,7 +318,7 @@ def _tension_row(px, py, pz, x, xs, h, doublet, near2, row):
 def _close_tension_row(p, k, x, xs, h, doublet, close, tensile, at, fresh):
     """Set fresh (3, node) to the refined and blended counterpart of `_tension_row`."""
     near, parts, d0, smooth = close
-    near2 = (near * h) ** 2
+    near2 = near * h * near * h
     distance, nearest_interval, fraction = nearest(p, x)
     w = blend_weight(distance, d0[k], smooth)
     fresh[:] = 0.0
@@ -401,7 +402,8 @@ def _influence(own, k, x, xs, h, doublet, images, close, tensile, centres, trape
     far, far_before = np.zeros((3, 6)), np.zeros((3, 6))
     shift, at, p = np.empty(3), np.empty(3), np.empty(3)
     nearest_lattice_shift(x[own, :, half] - x[k, :, half], periods, shift)
-    near2 = max(close[0] * h[k], 2.0 * close[2][k] + 0.5 * h[k]) ** 2
+    reach = max(close[0] * h[k], 2.0 * close[2][k] + 0.5 * h[k])
+    near2 = reach * reach
     six = np.empty((6, n))
     if far_shifts.shape[1] > 0:
         for j in range(n):

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 _OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
-# Inlined and uncached parts, so that a kernel rounds alike whether fresh or from the cache.
+# Parts are inlined and not cached by themselves; see `kernels`.
 _PART = {**_OPTIONS, "cache": False, "forceinline": True}
 BLOCK = 8
 """Segments of a block."""
@@ -94,8 +94,10 @@ def balls(before, after, block):
             for i in range(low, high):
                 one, other = 0.0, 0.0
                 for d in range(3):
-                    one += (before[k, i, d] - out[k, b, d]) ** 2
-                    other += (after[k, i, d] - out[k, b, d]) ** 2
+                    r = before[k, i, d] - out[k, b, d]
+                    one += r * r
+                    r = after[k, i, d] - out[k, b, d]
+                    other += r * r
                 largest = max(largest, one, other)
             out[k, b, 3] = np.sqrt(largest) * (1.0 + 1e-12)
     return out
@@ -125,7 +127,8 @@ def _segment_distance(p, u, q, v):
         s = _clipped((b * t - c) / a)
     square = 0.0
     for d in range(3):
-        square += (p[d] + s * u[d] - q[d] - t * v[d]) ** 2
+        r = p[d] + s * u[d] - q[d] - t * v[d]
+        square += r * r
     return np.sqrt(square)
 
 
@@ -218,9 +221,12 @@ def _ways(before, after, middles):
             length, first, last = 0.0, 0.0, 0.0
             for d in range(3):
                 middles[k, i, d] = 0.5 * (before[k, i, d] + before[k, i + 1, d])
-                length += (before[k, i + 1, d] - before[k, i, d]) ** 2
-                first += (after[k, i, d] - before[k, i, d]) ** 2
-                last += (after[k, i + 1, d] - before[k, i + 1, d]) ** 2
+                r = before[k, i + 1, d] - before[k, i, d]
+                length += r * r
+                r = after[k, i, d] - before[k, i, d]
+                first += r * r
+                r = after[k, i + 1, d] - before[k, i + 1, d]
+                last += r * r
             middles[k, i, 3] = 0.5 * np.sqrt(length) + np.sqrt(max(first, last))
 
 

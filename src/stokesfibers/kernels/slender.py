@@ -19,9 +19,7 @@ _OPTIONS = {
     # Contraction and reassociation let the loops vectorise; NaN and infinity keep their meaning.
     "fastmath": {"reassoc", "contract", "arcp", "nsz"},
 }
-# Parts are inlined into the kernels and not cached by themselves. Otherwise a kernel fresh from the
-# compiler calls the part's own code, one from the cache the copy within it, and they round
-# differently.
+# Parts are inlined and not cached by themselves; see `kernels`.
 _PART = {**_OPTIONS, "cache": False, "forceinline": True}
 
 
@@ -172,12 +170,13 @@ def evolution_matrix(x, xs, s, delta, hat, square, product, phi, a, b, factor, d
         for c in range(3):
             matrix[c, i, c, i] += 1.0
     h = s[1] - s[0]
+    h2, h3 = h * h, h * h * h
     for c in range(3):
         for k in range(n):
-            matrix[c, 0, c, k] = h**2 * d2[0, k]
-            matrix[c, 1, c, k] = h**3 * d3[0, k]
-            matrix[c, n - 2, c, k] = h**3 * d3[n - 1, k]
-            matrix[c, n - 1, c, k] = h**2 * d2[n - 1, k]
+            matrix[c, 0, c, k] = h2 * d2[0, k]
+            matrix[c, 1, c, k] = h3 * d3[0, k]
+            matrix[c, n - 2, c, k] = h3 * d3[n - 1, k]
+            matrix[c, n - 1, c, k] = h2 * d2[n - 1, k]
     return matrix.reshape(3 * n, 3 * n)
 
 
@@ -346,6 +345,6 @@ def tension_coupling(
             for k in range(n):
                 own += hat[j, k] * xssss[d, k]
             value -= xss[d, j] * (own - phi[j] * xssss[d, j])
-            squares += xss[d, j] * xssss[d, j] + xsss[d, j] ** 2
+            squares += xss[d, j] * xssss[d, j] + xsss[d, j] * xsss[d, j]
         bending[j] = value + 6.0 * phi_0 * squares
     return matrix, bending

@@ -21,7 +21,7 @@ _OPTIONS = {
     # Contraction and reassociation let the loops vectorise; NaN and infinity keep their meaning.
     "fastmath": {"reassoc", "contract", "arcp", "nsz"},
 }
-# Inlined and uncached parts, so that a kernel rounds alike whether fresh or from the cache.
+# Parts are inlined and not cached by themselves; see `kernels`.
 _PART = {**_OPTIONS, "cache": False, "forceinline": True}
 _AS_WRITTEN = {**_PART, "fastmath": False}
 
@@ -46,7 +46,8 @@ def _mobility(x, xs, xss, s, weights, delta, a, b, out):
             p = u2 / (rx * rx + ry * ry + rz * rz + 1e-300)
             h[j] = (p - 1.0) / u2
             worst = max(worst, d2 * abs(p - 1.0) / (u2 + d2))
-        h[i] = (xss[0, i] ** 2 + xss[1, i] ** 2 + xss[2, i] ** 2) / 12.0
+        bx, by, bz = xss[0, i], xss[1, i], xss[2, i]
+        h[i] = (bx * bx + by * by + bz * bz) / 12.0
         worst = max(worst, d2 * h[i])
         for j in range(n):
             series[j] = weights[terms - 1, i, j]
@@ -257,7 +258,8 @@ def _norms(weights, scales, history, fresh, transposed, work, out):
             values = np.dot(work, transposed)
             largest = 0.0
             for i in range(n):
-                size = values[0, i] ** 2 + values[1, i] ** 2 + values[2, i] ** 2
+                vx, vy, vz = values[0, i], values[1, i], values[2, i]
+                size = vx * vx + vy * vy + vz * vz
                 if size > largest or size != size:  # NaN stays NaN
                     largest = size
             out[r, c] = np.sqrt(largest)

@@ -17,6 +17,7 @@ _OPTIONS = {
     "error_model": "numpy",
     "fastmath": {"reassoc", "contract", "arcp", "nsz"},
 }
+# Parts are inlined and not cached by themselves; see `kernels`.
 _PART = {**_OPTIONS, "cache": False, "forceinline": True}
 _EULER = 0.5772156649015329
 
@@ -98,7 +99,7 @@ def image_block(points, shift, sources, doublets, images):
                 widest = max(widest, square[j])
             sums[:] = 0.0
             constant = 0.0
-            if widest < (rule_at.size * period) ** 2:
+            if np.sqrt(widest) < rule_at.size * period:
                 r = rule_at[min(int(np.sqrt(widest) / period), rule_at.size - 1)]
                 constant = constants[r]
                 _add_images(

@@ -22,7 +22,7 @@ _OPTIONS = {
     "error_model": "numpy",
     "fastmath": {"reassoc", "contract", "arcp", "nsz"},
 }
-# Inlined and uncached parts, so that a kernel rounds alike whether fresh or from the cache.
+# Parts are inlined and not cached by themselves; see `kernels`.
 _PART = {**_OPTIONS, "cache": False, "forceinline": True}
 _MOST_SEARCHES = 60
 _MOST_ROOTS = 8  # Newton steps for a complex root
@@ -110,12 +110,25 @@ def _nearest_within(p, series, low, high, at):
             if moved < 1e-15:
                 break
         _curve_at(p, series, sigma, at)
-    return sigma, np.sqrt(at[0, 0] ** 2 + at[0, 1] ** 2 + at[0, 2] ** 2)
+    rx, ry, rz = at[0, 0], at[0, 1], at[0, 2]
+    return sigma, np.sqrt(rx * rx + ry * ry + rz * rz)
+
+
+@njit(**_PART)
+def _times(a, b):
+    """Return the product of complex numbers (real, imaginary)."""
+    return a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]
+
+
+@njit(**_PART)
+def _size(a, b):
+    """Return |a + i b|."""
+    return np.sqrt(a * a + b * b)
 
 
 @njit(**_PART)
 def _root(p, series, sigma, at):
-    """Return the complex root a + i b of |x(sigma) - p|^2 = 0 that belongs to an approach.
+    """Return a and b of the root a + i b of |x(sigma) - p|^2 = 0 that belongs to an approach.
 
     `at` holds the curve at the nearest fraction `sigma`. Where Newton's method finds no root near
     the quadratic estimate, that is returned.
@@ -128,30 +141,38 @@ def _root(p, series, sigma, at):
         bend += at[0, d] * at[2, d]
     bend = max(speed + bend, 0.1 * speed)
     ahead = -slope / bend
-    start = complex(sigma + ahead, np.sqrt(max(square / bend - ahead * ahead, 0.0)))
-    root, moved = start, 1.0
+    a0, b0 = sigma + ahead, np.sqrt(max(square / bend - ahead * ahead, 0.0))
+    a, b, moved = a0, b0, 1.0
     for _ in range(_MOST_ROOTS):
-        z = 2.0 * root - 1.0
-        value, change = 0.0j, 0.0j
+        z = (2.0 * a - 1.0, 2.0 * b)
+        value_r, value_i, change_r, change_i = 0.0, 0.0, 0.0, 0.0
         for d in range(3):
-            p0, p1, d0, d1 = 1.0 + 0.0j, z, 0.0j, 1.0 + 0.0j
-            r, rs = series[d, 0] - p[d] + series[d, 1] * z, series[d, 1] + 0.0j
+            p0, p1, d0, d1 = (1.0, 0.0), z, (0.0, 0.0), (1.0, 0.0)
+            c0, c1 = series[d, 0] - p[d], series[d, 1]
+            r, rs = (c0 + c1 * z[0], c1 * z[1]), (c1, 0.0)
             for k in range(2, series.shape[1]):
-                p2 = ((2 * k - 1) * z * p1 - (k - 1) * p0) / k
-                d2 = d0 + (2 * k - 1) * p1
-                r += series[d, k] * p2
-                rs += series[d, k] * d2
+                g, h, odd, c = (2.0 * k - 1.0) / k, (k - 1.0) / k, 2.0 * k - 1.0, series[d, k]
+                q = _times(z, p1)
+                p2 = (g * q[0] - h * p0[0], g * q[1] - h * p0[1])
+                d2 = (d0[0] + odd * p1[0], d0[1] + odd * p1[1])
+                r = (r[0] + c * p2[0], r[1] + c * p2[1])
+                rs = (rs[0] + c * d2[0], rs[1] + c * d2[1])
                 p0, p1, d0, d1 = p1, p2, d1, d2
-            value += r * r
-            change += 4.0 * r * rs
-        step = value / change
-        root -= step
-        moved = abs(step)
-        if moved < 1e-3 * start.imag:
+            more, faster = _times(r, r), _times(r, rs)
+            value_r += more[0]
+            value_i += more[1]
+            change_r += 4.0 * faster[0]
+            change_i += 4.0 * faster[1]
+        less = 1.0 / (change_r * change_r + change_i * change_i)
+        step = _times((value_r, value_i), (less * change_r, -less * change_i))
+        a -= step[0]
+        b -= step[1]
+        moved = _size(step[0], step[1])
+        if moved < 1e-3 * b0:
             break
-    if moved < 1e-2 * start.imag and abs(root - start) < 0.8 * start.imag:
-        return root
-    return start
+    if moved < 1e-2 * b0 and _size(a - a0, b - b0) < 0.8 * b0:
+        return a, b
+    return a0, b0
 
 
 @njit(**_PART)
@@ -233,7 +254,8 @@ def _add_piece(p, series, length, doublet, weight, piece, rule, work, values, ro
 
 @njit(**_PART)
 def _square(p, x, j):
-    return (p[0] - x[0, j]) ** 2 + (p[1] - x[1, j]) ** 2 + (p[2] - x[2, j]) ** 2
+    rx, ry, rz = p[0] - x[0, j], p[1] - x[1, j], p[2] - x[2, j]
+    return rx * rx + ry * ry + rz * rz
 
 
 @njit(**_PART)
@@ -247,7 +269,7 @@ def _fill_row(p, x, series, sigma, settings, rules, scratch, row, blend):
     ends, roots, middles, distances, work, values, at = scratch
     lows, highs = ends[0], ends[1]
     n = x.shape[1]
-    noticed2 = (_NOTICED * reach) ** 2
+    noticed2 = _NOTICED * reach * _NOTICED * reach
     row[:] = 0.0
     blend[:] = 0.0
     pieces, cut, deepest, best = 0, 0.0, -1.0, 0
@@ -266,8 +288,7 @@ def _fill_row(p, x, series, sigma, settings, rules, scratch, row, blend):
             middles[pieces], distances[pieces] = middle, distance
             roots[0, pieces], roots[1, pieces] = middle, distance / length
             if 0.0 < middle < 1.0:
-                root = _root(p, series, middle, at)
-                roots[0, pieces], roots[1, pieces] = root.real, root.imag
+                roots[0, pieces], roots[1, pieces] = _root(p, series, middle, at)
             if distances[pieces] < distances[best]:
                 best = pieces
             pieces += 1
@@ -319,10 +340,9 @@ def _least_square(p, x):
 @njit(**_PART)
 def _radius(x):
     """Return the largest distance of the nodes x (3, N) from the middle one."""
-    most, m = 0.0, x.shape[1] // 2
+    most, middle = 0.0, x[:, x.shape[1] // 2]
     for j in range(x.shape[1]):
-        square = (x[0, j] - x[0, m]) ** 2 + (x[1, j] - x[1, m]) ** 2 + (x[2, j] - x[2, m]) ** 2
-        most = max(most, square)
+        most = max(most, _square(middle, x, j))
     return np.sqrt(most)
 
 
@@ -335,7 +355,7 @@ def _is_near(p, x, series, sigma, extent, at):
     source. No node is farther than `radius` from the middle one.
     """
     reach, widest, rho, radius = extent
-    if _square(p, x, x.shape[1] // 2) > (widest + radius) ** 2:
+    if np.sqrt(_square(p, x, x.shape[1] // 2)) > widest + radius:
         return False
     least = _least_square(p, x)
     if least < reach * reach:
@@ -350,9 +370,10 @@ def _is_near(p, x, series, sigma, extent, at):
         if own < widest * widest and own <= before and own < after:
             low, high = sigma[j - 1] if j > 0 else 0.0, sigma[j + 1] if j < n - 1 else 1.0
             middle, _ = _nearest_within(p, series, low, high, at)
-            z = 2.0 * _root(p, series, middle, at) - 1.0
-            other = np.sqrt(z * z - 1.0)
-            if max(abs(z + other), abs(z - other)) < rho:
+            a, b = _root(p, series, middle, at)
+            # half the distances from the ends -1 and 1 is the ellipse's longer half axis
+            half = _size(a, b) + _size(a - 1.0, b)
+            if half + np.sqrt(max(half * half - 1.0, 0.0)) < rho:
                 return True
     return False
 

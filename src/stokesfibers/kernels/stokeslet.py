@@ -16,9 +16,7 @@ _OPTIONS = {
     "error_model": "numpy",
     "fastmath": {"reassoc", "contract", "arcp", "nsz"},
 }
-# Parts are inlined into the kernels and not cached by themselves. Otherwise a kernel fresh from the
-# compiler calls the part's own code, one from the cache the copy within it, and they round
-# differently.
+# Parts are inlined and not cached by themselves; see `kernels`.
 _PART = {**_OPTIONS, "cache": False, "forceinline": True}
 
 
@@ -39,7 +37,8 @@ def _panels(point, x, h, j, most):
     for fraction in (0.0, 0.5, 1.0):
         d2 = 0.0
         for d in range(3):
-            d2 += (point[d] - (1.0 - fraction) * x[d, j] - fraction * x[d, j + 1]) ** 2
+            r = point[d] - (1.0 - fraction) * x[d, j] - fraction * x[d, j + 1]
+            d2 += r * r
         near = min(near, d2)
     distance = max(np.sqrt(near) - 0.25 * h, h / most)
     return min(most, int(np.ceil(h / distance)))
@@ -89,7 +88,8 @@ def nearest_on_centreline(points, x, xs, h, samples):
                 _centreline(x, xs, h, j, xi, at)
                 d2 = 0.0
                 for d in range(3):
-                    d2 += (points[i, d] - at[d]) ** 2
+                    r = points[i, d] - at[d]
+                    d2 += r * r
                 if d2 < best:
                     best, where = d2, (j + xi) * h
         out[i, 0], out[i, 1] = np.sqrt(best), where
