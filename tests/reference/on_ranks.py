@@ -2,6 +2,9 @@
 
 mpirun -n 2 python on_ranks.py steps
 mpirun -n 2 python on_ranks.py kill 20 run case.toml --out run.zarr
+
+Rank 1 fails by a signal (kill), by an exception (raise), or by one that the launcher never hears of
+(mute).
 """
 
 from __future__ import annotations
@@ -9,10 +12,12 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import time
 
 import numpy as np
 
 import stokesfibers as sf
+from stokesfibers.core import mpi
 from stokesfibers.core.mpi import team_of_launcher
 from stokesfibers.domain import Free, Periodic
 from stokesfibers.domain.sheared import Sheared
@@ -88,15 +93,40 @@ def compare_steps(spoiled: bool) -> None:
             dismiss(team, code)
 
 
+class MuteWorld:
+    """A communicator whose launcher does nothing where a rank aborts."""
+
+    def __init__(self, world) -> None:
+        self._world = world
+
+    def __getattr__(self, name: str):
+        return getattr(self._world, name)
+
+    def Abort(self, _code: int) -> None:
+        time.sleep(120.0)
+
+
+class MuteTeam(mpi.MpiTeam):
+    """Ranks whose launcher does not hear this one."""
+
+    def __init__(self, world) -> None:
+        super().__init__(world)
+        self._world = MuteWorld(world)
+
+
 def fail(how: str, after: int) -> None:
     """Do the command of the shell that follows; rank 1 fails after so many solves."""
     from stokesfibers.cli.main import main
 
     solve, calls = spectral_solve.IncrementSolver.solve, [0]
 
+    rank, _ = mpi.launched()
+    if how == "mute" and rank == 1:
+        mpi.MpiTeam = MuteTeam
+
     def failing(self, *arguments, **options):
         calls[0] += 1
-        if team_of_launcher().rank == 1 and calls[0] > after:
+        if rank == 1 and calls[0] > after:
             if how == "kill":
                 os.kill(os.getpid(), signal.SIGKILL)
             raise RuntimeError("out of order")

@@ -21,6 +21,7 @@ _LAUNCHERS = (
 )
 """What launchers set: Open MPI; MPICH, Intel MPI and kin; Cray; srun."""
 _PATIENCE, _NAP = 1e-3, 1e-4  # seconds: how long to wait awake, and the naps from then on
+_FAREWELL = 0.5  # seconds that a launcher gets to pass on what was said, and to end the other ranks
 
 
 def launched(environment: Mapping[str, str] | None = None) -> tuple[int, int]:
@@ -75,7 +76,8 @@ class MpiTeam(AbstractTeam):
     """The ranks of a communicator.
 
     MPI libraries wait awake, and a rank that waits keeps one that works from its core. So ranks
-    meet before they exchange anything, and who waits for long naps.
+    meet before they exchange anything, and who waits for long naps. Between naps it looks whether
+    another rank has aborted: launchers now and then leave ranks running.
 
     Parameters
     ----------
@@ -86,7 +88,7 @@ class MpiTeam(AbstractTeam):
     def __init__(self, world: Any) -> None:
         from mpi4py import MPI
 
-        self._mpi, self._world = MPI, world
+        self._mpi, self._world, self._ends = MPI, world, world.Dup()
         self.rank, self.size, self.busy = world.Get_rank(), world.Get_size(), False
         node = world.Split_type(MPI.COMM_TYPE_SHARED)
         own = os.sched_getaffinity(0)
@@ -110,7 +112,7 @@ class MpiTeam(AbstractTeam):
     def swap(self, other: int, mine: NDArray, theirs: NDArray) -> None:
         nothing = bytearray()
         hail = self._world.Isend([nothing, self._mpi.BYTE], dest=other)
-        _wait(self._world.Irecv([nothing, self._mpi.BYTE], source=other).Test)
+        self._wait(self._world.Irecv([nothing, self._mpi.BYTE], source=other).Test)
         hail.Wait()
         self._world.Sendrecv(mine, dest=other, recvbuf=theirs, source=other)
 
@@ -134,15 +136,28 @@ class MpiTeam(AbstractTeam):
         return word, arrays
 
     def abort(self, code: int) -> None:
+        word = [np.array([code]), self._mpi.LONG]
+        others = set(range(self.size)) - {self.rank}
+        sent = [self._ends.Isend(word, dest=rank) for rank in others]
+        sleep(_FAREWELL)
+        self._mpi.Request.Testall(sent)
         self._world.Abort(code)
 
     def _meet(self) -> None:
-        _wait(self._world.Ibarrier().Test)
+        self._wait(self._world.Ibarrier().Test)
 
+    def _wait(self, done: Callable[[], bool]) -> None:
+        """Return once `done`; awake at first, then between naps."""
+        until = perf_counter() + _PATIENCE
+        while not done():
+            if perf_counter() > until:
+                if self._ends.Iprobe():
+                    self._follow()
+                sleep(_NAP)
 
-def _wait(done: Callable[[], bool]) -> None:
-    """Return once `done`; awake at first, then between naps."""
-    until = perf_counter() + _PATIENCE
-    while not done():
-        if perf_counter() > until:
-            sleep(_NAP)
+    def _follow(self) -> None:
+        """End as the rank that aborted, unless the launcher is faster."""
+        code = np.empty(1, dtype=int)
+        self._ends.Recv([code, self._mpi.LONG])
+        sleep(2.0 * _FAREWELL)
+        self._world.Abort(int(code[0]))
