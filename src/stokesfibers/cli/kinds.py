@@ -28,15 +28,16 @@ _CASE_KEYS = {"fiber", "fluid", "stepping"}
 _MOST_BYTES = 1_000_000  # of a file that somebody wrote
 
 
-def expecting(kind: Kind) -> Callable[[click.Context, click.Parameter, Path], Path]:
-    """Return the callback of an argument that refuses what is known to be of another kind.
+def expecting(kind: Kind, *others: Kind) -> Callable[[click.Context, click.Parameter, Path], Path]:
+    """Return the callback of an argument that refuses what is known to be of no kind it takes.
 
+    It speaks of the first kind.
     What is of no kind that is known goes through: the command says what is wrong with it.
     """
 
     def checked(context: click.Context, parameter: click.Parameter, path: Path) -> Path:  # noqa: ARG001
         found = kind_of(path)
-        if found in (None, kind):
+        if found in (None, kind, *others):
             return path
         raise Refused(InputError(str(path), _WHAT[kind], _WHAT[found], _advice(found, path, kind)))
 

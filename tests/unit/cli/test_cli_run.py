@@ -343,6 +343,31 @@ def test_cite_names_the_chosen_methods(case, invoke):
     assert "Keller" not in invoke("cite", case, "--set", "model.mobility='local_drag'").stdout
 
 
+def test_cite_takes_a_run_and_says_what_it_used(case, invoke, tmp_path):
+    out = tmp_path / "run.zarr"
+    changes = ("--set", "model.regularization.kind='constant'")
+    assert invoke("run", case, "--out", out, "--quiet", *changes).exit_code == 0
+    assert (
+        invoke("cite", out).stdout.splitlines()[1:]
+        == (invoke("cite", case, *changes).stdout.splitlines()[1:])
+    )
+    refused = invoke("cite", out, *changes)
+    assert refused.exit_code == 2
+    assert "--set: expected a case file or a sweep file, got the run" in refused.stderr
+
+
+def test_cite_takes_a_sweep_and_names_each_method_once(case, invoke, tmp_path):
+    file = tmp_path / "sweep.toml"
+    kinds = "model.regularization.kind = ['constant', 'spheroidal', 'constant']"
+    zipped = f"[[zip]]\nfluid.mu_bar = [1e3, 2e3, 3e3]\n{kinds}\n"
+    file.write_text(f"base = {str(case)!r}\ncollect.final = ['elastic_energy']\n{zipped}")
+    result = invoke("cite", file)
+    assert result.exit_code == 0, result.stderr
+    rows = [line.split()[:2] for line in result.stdout.split("\n\n")[0].splitlines()[1:]]
+    assert [row[0] for row in rows] == ["engine", "mobility", "regularization", "regularization"]
+    assert [row[1] for row in rows[2:]] == ["constant", "spheroidal"]
+
+
 def test_cite_names_the_methods_of_a_suspension(invoke):
     said = invoke("cite", next(p for p in CASES if p.stem == "fig12")).stdout
     for part in ("(39)", "Section 3.3.3", "(41), (42)"):
