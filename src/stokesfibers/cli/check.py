@@ -12,7 +12,7 @@ import click
 from stokesfibers.cli.bars import patience
 from stokesfibers.cli.failure import guarded
 from stokesfibers.cli.options import case_argument, python_option, set_option
-from stokesfibers.cli.words import duration, heading, lines, number, plural, size
+from stokesfibers.cli.words import duration, heading, lines, number, pairs, plural, size
 
 if TYPE_CHECKING:
     from stokesfibers.config.case import Case
@@ -63,42 +63,23 @@ def _case_rows(case: Case) -> Iterator[Row]:
     tables = case.tables()
     for fiber in tables["fiber"]:
         count = int(fiber.get("count", 1))
-        yield "fiber" if count == 1 else f"{count} fibers", _pairs(fiber)
-    yield "fluid", _pairs(tables["fluid"])
-    yield "flow", _pairs(tables["flow"])
-    yield "domain", _pairs(tables["domain"])
+        yield "fiber" if count == 1 else f"{count} fibers", pairs(fiber)
+    yield "fluid", pairs(tables["fluid"])
+    yield "flow", pairs(tables["flow"])
+    yield "domain", pairs(tables["domain"])
     if tables["load"]["kind"] != "none":
-        yield "load", _pairs(tables["load"])
+        yield "load", pairs(tables["load"])
     model = tables["model"]
-    yield "model", f"{model['mobility']}; regularization {_pairs(model.get('regularization', {}))}"
-    yield "initial", _pairs(tables["initial"])
+    yield "model", f"{model['mobility']}; regularization {pairs(model.get('regularization', {}))}"
+    yield "initial", pairs(tables["initial"])
     if amplitude := tables["initial"].get("amplitude"):
         share = case.initial.across if isinstance(case.initial, NearlyStraight) else 1.0
         yield "", f"bent by {share * abs(amplitude) / 256.0:.2g} of the length"
     steps = {k: v for k, v in tables["stepping"].items() if k != "until"}
     tension = tables["constraint"] if case.problem.engine.kind == "paper" else {}
     engine = {**tables["discretization"], **steps, **tension}
-    yield "engine", f"{tables['engine']}, {_pairs(engine)}"
+    yield "engine", f"{tables['engine']}, {pairs(engine)}"
     yield "until", number(case.until)
-
-
-def _pairs(table: dict[str, object]) -> str:
-    """Return a flat table as ``kind, key value, key value``."""
-    rest = (
-        f"{key} {_plain(value)}" for key, value in table.items() if key not in ("kind", "count")
-    )
-    kind = [str(table["kind"])] if "kind" in table else []
-    return ", ".join([*kind, *rest]) or "none"
-
-
-def _plain(value: object) -> str:
-    if isinstance(value, float):
-        return number(value)
-    if isinstance(value, dict):
-        return f"({_pairs(value)})"
-    if isinstance(value, list):
-        return f"({', '.join(map(_plain, value))})"
-    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _physical_rows(case: Case) -> Iterator[Row]:
@@ -132,7 +113,7 @@ def _group_rows(case: Case) -> Iterator[Row]:
 def _fiber_rows(case: Case, fiber: Fiber) -> Iterator[Row]:
     from stokesfibers.flow.base import to_dict as flow_to_dict
     from stokesfibers.flow.period import period_of
-    from stokesfibers.problem.groups import groups, weight
+    from stokesfibers.problem.groups import groups, strain_of_half_a_cycle, weight
 
     found, pull = groups(case.problem, fiber, case.until), weight(case.problem, fiber)
     yield "eps", number(found.eps), "radius at mid-length / length"
@@ -148,6 +129,8 @@ def _fiber_rows(case: Case, fiber: Fiber) -> Iterator[Row]:
         rate += "; rate is the amplitude"
     yield "mu_bar", number(found.mu_bar), rate
     yield "eta", number(found.eta), "mu_bar / |c|"
+    if (strain := strain_of_half_a_cycle(case.problem)) is not None:
+        yield "strain", number(strain), "amplitude / (pi frequency), of half a cycle"
     share = f"{found.compression:.3g}"
     if found.compression > 1.0:
         yield "buckling", share, "times its threshold for a fiber along the compression"

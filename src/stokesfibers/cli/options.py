@@ -37,7 +37,7 @@ dark_option = click.option(
     "--dark", is_flag=True, help="Draw on a dark ground, for screens and slides."
 )
 dpi_option = click.option(
-    "--dpi", type=int, default=200, show_default=True, help="Dots per inch of a png."
+    "--dpi", type=int, default=300, show_default=True, help="Dots per inch of a png."
 )
 mpi_option = click.option(
     "--mpi/--no-mpi",

@@ -1,4 +1,4 @@
-"""What all cases of a sweep have alike: what the caption of its figure has to say."""
+"""What all cases of a sweep have alike, in the words of a figure's caption."""
 
 from __future__ import annotations
 
@@ -6,20 +6,55 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stokesfibers.cli.words import number, plain
+
 if TYPE_CHECKING:
     from stokesfibers.study.sweep_plan import Plan, SweepCase
 
+_SAID_BY_NONE = {
+    "fiber.count": 1,
+    "domain.kind": "free",
+    "load.kind": "none",
+    "initial.centre": [0.0, 0.0, 0.0],
+}
+"""Values of which a caption does not speak."""
+_SMALL = 0.01
+_NUMERICS = ("allow_small_m", "newton_passes")
+_BARE = ("model", "stepping")  # tables whose keys say by themselves what they are
 _TABLES = ("fiber", "fluid", "flow", "domain", "load", "initial", "model", "stepping", "stop")
 
 
-def caption(plan: Plan) -> str:
-    """Return the values that all cases share, defaults too, as one line; empty if none is."""
-    from stokesfibers.study.sweep_values import toml_text
+def spread_doubt(plan: Plan, spread: float) -> Iterator[str]:
+    """Yield a doubt if values differ by a `spread`, over the largest, that `rtol` allows as error.
 
-    shared = dict(_shared([_physics(plan, case) for case in plan.cases]))
+    What differs by less than a part in a million is told as the same elsewhere.
+    """
+    from stokesfibers.plot.sweep_notes import ALIKE
+
+    if not ALIKE < spread < _SMALL:
+        return
+    tables = (_physics(plan, case).get("stepping", {}) for case in plan.cases)
+    rtol = max((float(held["rtol"]) for held in tables if "rtol" in held), default=0.0)
+    if spread <= rtol:
+        differ = f"these values differ by {spread:.1g} of them"
+        yield f"{differ}, and rtol = {rtol:g} allows errors as large"
+
+
+def caption(plan: Plan) -> str:
+    """Return what all cases share, defaults too: ``flow shear, rate 1; rtol 0.0001``."""
+    parts: dict[str, list[str]] = {}
+    for path, value in _shared([_physics(plan, case) for case in plan.cases]):
+        if path.rpartition(".")[2] in _NUMERICS or _SAID_BY_NONE.get(path) == value:
+            continue
+        table, _, key = path.partition(".")
+        if table in _BARE:
+            table, _, key = key.partition(".")
+        told = plain(value).replace("_", " ") if isinstance(value, str) else plain(value)
+        parts.setdefault(table, []).append(told if key in ("", "kind") else f"{key} {told}")
+    said = [f"{table} {', '.join(values)}" for table, values in parts.items()]
     if plan.collect.after:
-        shared["collect.after"] = plan.collect.after
-    return ", ".join(f"{path} = {toml_text(value)}" for path, value in shared.items())
+        said.append(f"values from t = {number(plan.collect.after)} on")
+    return "; ".join(said)
 
 
 def _physics(plan: Plan, case: SweepCase) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stokesfibers.cli.words import heading, lines, number
+from stokesfibers.cli.words import heading, lines, span
 
 if TYPE_CHECKING:
     from stokesfibers.study.sweep_plan import Plan
@@ -15,6 +15,7 @@ _MEANINGS = {
     "B": "weight per length times L^3 / E, elasto-gravitational number",
     "mu_bar": "8 pi mu rate L^4 / E, effective viscosity",
     "eta": "mu_bar / |c|, c = log(eps^2 e)",
+    "strain": "amplitude / (pi frequency), of half a cycle",
     "buckling": "times the threshold (local drag) of a fiber along the compression",
 }
 
@@ -26,11 +27,11 @@ def say_groups(plan: Plan, *, allow_python: bool) -> None:
         found.setdefault(name, []).append(value)
     if found:
         heading("Dimensionless groups, of all cases")
-        lines((name, _span(found[name]), _MEANINGS[name]) for name in _MEANINGS if name in found)
+        lines((name, span(found[name]), _MEANINGS[name]) for name in _MEANINGS if name in found)
 
 
 def _groups(plan: Plan, *, allow_python: bool) -> Iterator[tuple[str, float]]:
-    from stokesfibers.problem.groups import groups, weight
+    from stokesfibers.problem.groups import groups, strain_of_half_a_cycle, weight
     from stokesfibers.study.sweep_plan import load_case
 
     for case in plan.cases:
@@ -43,9 +44,7 @@ def _groups(plan: Plan, *, allow_python: bool) -> Iterator[tuple[str, float]]:
                 one = groups(held.problem, fiber, held.until)
                 yield "mu_bar", one.mu_bar
                 yield "eta", one.eta
+                strain = strain_of_half_a_cycle(held.problem)
+                if strain is not None:
+                    yield "strain", strain
                 yield "buckling", one.compression
-
-
-def _span(values: list[float]) -> str:
-    low, high = (number(float(f"{v:.4g}")) for v in (min(values), max(values)))
-    return low if low == high else f"{low} to {high}"

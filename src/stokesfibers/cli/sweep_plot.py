@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from stokesfibers.cli.failure import guarded
 from stokesfibers.cli.options import RUN, dark_option, dpi_option, folder_argument
 from stokesfibers.cli.replacing import replacing
-from stokesfibers.cli.sweep_caption import caption
+from stokesfibers.cli.sweep_caption import caption, spread_doubt
 from stokesfibers.cli.sweep_held import held_dataset, stay_at
 from stokesfibers.cli.typed import named_as_typed
 from stokesfibers.cli.words import warn
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 _TYPED = {
     "name": "NAME",
@@ -74,6 +77,7 @@ def plot_sweep(
     from stokesfibers.plot import DARK, LIGHT, on, save, sweep
     from stokesfibers.plot.style import checked_path
     from stokesfibers.plot.sweep_data import cut
+    from stokesfibers.plot.sweep_notes import spread
     from stokesfibers.plot.sweep_select import chosen, drawable
     from stokesfibers.study.sweep_folder import SweepFolder
 
@@ -88,19 +92,26 @@ def plot_sweep(
                 checked_path(target)
             given: dict[str, Any] = {"x": x, "at": dict(map(stay_at, at)), "per": per}
             drawn = sweep(data, variable, log="" if log == "none" else log, **given)
-            for ax in drawn:
-                ax.set_ylabel(label if label and ax.get_ylabel() else ax.get_ylabel())
-                ax.set_xlabel(xlabel or ax.get_xlabel())
-            legends = [ax.get_legend() for ax in drawn if ax.get_legend() is not None]
-            for one in legends if legend else ():
-                one.set_title(legend)
-            if legend and not legends:
-                warn("the figure has no legend, and --legend no effect.")
+            _write(drawn, label, xlabel, legend)
             for target in targets:
                 click.echo(save(drawn, target, dpi))
-        for note in cut(data, variable, **given).notes:
-            warn(f"{note}.")
+        shown = cut(data, variable, **given)
+    plan = SweepFolder(folder).plan()
+    for note in (*shown.notes, *spread_doubt(plan, spread(shown.values))):
+        warn(f"{note}.")
     if name is None and others:
         click.echo(f"It shows {variable}; there are also: {', '.join(others)}.", err=True)
-    if shared := caption(SweepFolder(folder).plan()):
+    if shared := caption(plan):
         click.echo(f"In all cases: {shared}.", err=True)
+
+
+def _write(drawn: NDArray[Any], label: str | None, xlabel: str | None, legend: str | None) -> None:
+    """Replace the texts of a figure that were given."""
+    for ax in drawn:
+        ax.set_ylabel(label if label and ax.get_ylabel() else ax.get_ylabel())
+        ax.set_xlabel(xlabel or ax.get_xlabel())
+    legends = [ax.get_legend() for ax in drawn if ax.get_legend() is not None]
+    for one in legends if legend else ():
+        one.set_title(legend)
+    if legend and not legends:
+        warn("the figure has no legend, and --legend no effect.")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from stokesfibers.cli.words import duration, heading, lines, number, plural, warn
+from stokesfibers.cli.words import duration, heading, lines, number, plural, span, warn
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,14 +32,15 @@ COLOURS = {
 }
 _FORM = "{desc} |{bar}| {percentage:3.0f} %{postfix}"
 _MOST_LISTED = 12
-_MOST_PLANNED = 6
+_MOST_PLANNED = 2
+_MOST_LINES = 10
 _DOUBT_SECONDS = 5.0
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(\.\d+)?(e[-+]?\d+)?(?!\w)")
 
 
 @contextmanager
 def bar(total: int, *, quiet: bool) -> Iterator[Watch | None]:
-    """Show how far a sweep is: a bar on a terminal, else a line for each case that ends."""
+    """Show how far a sweep is: a bar on a terminal, else some lines, one per case that failed."""
     if quiet:
         yield None
         return
@@ -67,6 +68,9 @@ def _line(found: Tally, case: SweepCase | None) -> None:
         return
     state = next(state for held, state in found.states if held.key == case.key)
     ended = found.count("done") + found.count("failed")
+    every = -(-found.total // _MOST_LINES)
+    if state.code == "done" and ended % every and ended < found.total:
+        return
     click.echo(f"[{ended}/{found.total}] {state.code}: {case.name}", err=True)
 
 
@@ -230,7 +234,7 @@ def say_ranges(data: xr.Dataset) -> None:
     for name in collected(data):
         known = data[name].to_numpy()[np.isfinite(data[name].to_numpy())]
         if known.size:
-            rows.append((name, f"{known.min():.4g} to {known.max():.4g}"))
+            rows.append((name, span(known.tolist())))
     lines(rows)
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from math import ceil, log10
 
 import click
 
+_DIGITS, _MOST_DIGITS = 4, 7  # of values that differ; more are noise
 _DRAWN_FLAT = 4  # fibers that a plane view still tells apart
 
 
@@ -64,6 +66,35 @@ def size(count: float) -> str:
 def number(value: float) -> str:
     """Return a number with six digits and without needless ones."""
     return f"{value:.6g}"
+
+
+def plain(value: object) -> str:
+    """Return a value of a case file as people write it: no quotes, no needless digits."""
+    if isinstance(value, float):
+        return number(value)
+    if isinstance(value, dict):
+        return f"({pairs(value)})"
+    if isinstance(value, list):
+        return f"({', '.join(map(plain, value))})"
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def pairs(table: Mapping[str, object]) -> str:
+    """Return a table as ``kind, key value, key value``."""
+    rest = (f"{key} {plain(value)}" for key, value in table.items() if key not in ("kind", "count"))
+    kind = [str(table["kind"])] if "kind" in table else []
+    return ", ".join([*kind, *rest]) or "none"
+
+
+def span(values: Sequence[float]) -> str:
+    """Return the least and the largest value, in digits that tell by how much they differ."""
+    low, high = min(values), max(values)
+    size = max(abs(low), abs(high))
+    if low == high:
+        return number(low)
+    digits = min(max(_DIGITS, ceil(-log10((high - low) / size)) + 2), _MOST_DIGITS)
+    written = [f"{float(f'{v:.{digits}g}'):.{_MOST_DIGITS}g}" for v in (low, high)]
+    return " to ".join(dict.fromkeys(written))
 
 
 def plural(count: int, what: str) -> str:

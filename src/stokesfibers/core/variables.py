@@ -13,6 +13,14 @@ from typing import Literal
 NATURAL_UNITS = {"unit_of_length": "L", "unit_of_force": "E/L^2"}
 """Attributes of a dataset all of whose cases have L = 1, E = 1 and mu_bar: what numbers are in."""
 
+NATURAL_RATES = {
+    "1/rate": r"\dot\gamma",
+    "1/|rate|": r"|\dot\gamma|",
+    "1/amplitude": r"\dot\gamma_0",
+    "1/|amplitude|": r"|\dot\gamma_0|",
+}
+"""Symbol of the flow's rate by the attribute ``unit_of_time``, if all cases have a rate of 1."""
+
 Group = Literal["trajectory", "observables", "numerics", "checkpoint"]
 
 

@@ -217,13 +217,16 @@ class Experiment:
         return cast(Parts, import_module(self.module))
 
 
+_DPI = 200  # enough for pages; there is a pdf too
+
+
 def _write(name: str, folder: Path, data: xr.Dataset, drawn: Figure) -> list[str]:
     """Write figure and data; return the names of the files."""
     from stokesfibers.plot.style import save
 
     files = [f"{name}.png", f"{name}.pdf", f"{name}.nc"]
     for file in files[:2]:
-        save(drawn, folder / file)
+        save(drawn, folder / file, _DPI)
     # NetCDF 3 needs no library beyond SciPy and opens everywhere, labels and units included.
     data.to_netcdf(folder / files[2], engine="scipy")
     return files

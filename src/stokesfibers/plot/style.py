@@ -192,7 +192,7 @@ def colour_bar(ax: Axes, drawn: ScalarMappable, label: str, **options: Any) -> C
     return bar
 
 
-def save(drawn: Figure | Axes | NDArray[Any], path: str | os.PathLike[str], dpi: int = 200) -> Path:
+def save(drawn: Figure | Axes | NDArray[Any], path: str | os.PathLike[str], dpi: int = 300) -> Path:
     """Write a figure to a file and return its path.
 
     Parameters

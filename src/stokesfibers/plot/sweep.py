@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from stokesfibers.core.errors import InputError
 from stokesfibers.plot.style import COLUMN, PAGE, new_panels, style, time_colours
 from stokesfibers.plot.sweep_along import Along, Floats, is_log
-from stokesfibers.plot.sweep_data import Cut, alike, cut
+from stokesfibers.plot.sweep_data import Cut, cut
+from stokesfibers.plot.sweep_notes import alike
 from stokesfibers.plot.theme import theme
 from stokesfibers.plot.ticks import number_axes
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stokesfibers.core.errors import InputError
+from stokesfibers.plot import sweep_notes as notes
 from stokesfibers.plot.sweep_along import Along, Floats, along, label_of
 from stokesfibers.plot.sweep_select import SERIES, chosen, dimension, divisor, stay
-from stokesfibers.plot.sweep_units import in_natural_units, is_natural, naturally, quotient
+from stokesfibers.plot.sweep_units import in_natural_units, natural_scales, naturally, quotient
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _SEED = "seed"
-_ALIKE = 1e-6  # relative; less is noise at any tolerance of a run
 
 
 @dataclass(frozen=True)
@@ -58,12 +57,6 @@ class Cut:
     notes: tuple[str, ...]
 
 
-def alike(values: Floats) -> bool:
-    """Return whether values are the same to a part in a million: how they differ is noise."""
-    finite = values[np.isfinite(values)]
-    return finite.size > 1 and bool(np.ptp(finite) <= _ALIKE * np.abs(finite).max())
-
-
 def cut(
     data: xr.Dataset,
     name: str | None,
@@ -83,9 +76,8 @@ def cut(
     swept = [d for d in swept if d in data.dims]
     along_x, x = x, None if x is None else dimension(data, x, [*swept, *SERIES], "x")
     taken = _taken(data, name, below)
-    if is_natural(data):
-        taken.found.attrs = naturally(taken.found.attrs)
-        data = in_natural_units(data)
+    taken.found.attrs = naturally(taken.found.attrs, natural_scales(data))
+    data = in_natural_units(data)
     series = [d for d in SERIES if d in taken.found.dims]
     time = data["time"] if series else None
     if _SEED in swept and x != _SEED and (len(swept) > 1 or series):
@@ -99,50 +91,41 @@ def cut(
     if not np.isfinite(values).any():
         raise InputError("name", "a variable with a known value", f"{name}, of which none is known")
     panels, lines = (None if dim is None else along(data, dim) for dim in order[:2])
+    there, share = _grid(places, found, order), _share_of_run(data, name, found, order)
+    said = [*notes.at_an_end(data, name)]
+    plain = time is None and along(data, axis, along_x).numbers is not None
+    said += [] if share is None or not plain else notes.jumps(share, there, along_x or axis)
+    said += [*notes.alike_ones(values, name), *notes.doubtful_ones(values, doubtful, bool(series))]
     return Cut(
         label=label_of(found, name),
         x=_time_axis(time) if time is not None else along(data, axis, along_x),
         lines=lines,
         panels=panels,
-        places=_grid(places, found, order),
+        places=there,
         values=values,
         errors=None if taken.error is None else _grid(taken.error, found, order),
         doubtful=doubtful,
         series=time is not None,
         held=(*parts, *held),
-        notes=tuple(_notes(data, name, values, doubtful)),
+        notes=tuple(said),
     )
 
 
-def _notes(data: xr.Dataset, name: str, values: Floats, doubtful: NDArray[Any]) -> Iterator[str]:
-    known = np.isfinite(values).any(axis=-1) if _is_series(data[name]) else None
-    yield from _at_an_end(data, name)
-    if alike(values):
-        yield f"all values of {name} are the same to a part in a million"
-    shown = np.isfinite(values) if known is None else known
-    odd = shown & (doubtful if known is None else doubtful.any(axis=-1))
-    if odd.any():
-        drawn = "dashed" if known is not None else "hollow"
-        count = f"{odd.sum()} of {shown.sum()} results drawn"
-        yield f"{count} cannot be trusted, lack a seed or have not settled; they are {drawn}"
-
-
-def _at_an_end(data: xr.Dataset, name: str) -> Iterator[str]:
-    """Say of how many cases the largest or smallest value is the first one, or the last."""
+def _share_of_run(
+    data: xr.Dataset,
+    name: str,
+    found: xr.DataArray,
+    order: tuple[str | None, str | None, str],
+) -> Floats | None:
+    """Return when in its run each value was taken, 0 to 1 (panel, line, x); None of means."""
     when = data.get(f"{name}_time")
-    if when is None:
-        return
-    known = when.notnull()
-    first = json.loads(data.attrs.get("collect", "{}")).get("after") or 0.0
-    last = data["time_reached"] * (1.0 - 1e-9) if "time_reached" in data else np.inf
-    for there, what in ((when <= first, "first"), (when >= last, "last")):
-        count = int((known & there).sum())
-        if count:
-            yield f"{count} of {int(known.sum())} values are those of the {what} time"
-
-
-def _is_series(held: xr.DataArray) -> bool:
-    return bool({*SERIES} & {*map(str, held.dims)})
+    if (
+        when is None
+        or "time_reached" not in data
+        or any(n > 1 for dim, n in when.sizes.items() if dim not in order)
+    ):
+        return None
+    return _grid(when / data["time_reached"], found, order)
 
 
 @dataclass(frozen=True)

@@ -1,36 +1,74 @@
-"""Units in figures of sweeps: of quotients, and by E and L where all cases have L = 1 and E = 1."""
+"""Units in figures of sweeps: of quotients, and by E, L and the flow's rate where these are 1."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, TypeVar
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
 
-from stokesfibers.core.variables import NATURAL_UNITS
+from stokesfibers.core.variables import NATURAL_RATES, NATURAL_UNITS
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Held = TypeVar("Held", "xr.DataArray", "xr.Variable")
+_BASE = ("force", "length", "time")
 
 
 def in_natural_units(data: xr.Dataset) -> xr.Dataset:
-    """Return the dataset with its units written by E and L, if it says that it is in these."""
-    if not is_natural(data):
+    """Return the dataset with symbols over natural scales, if it says that it is in these."""
+    scales = natural_scales(data)
+    if not scales:
         return data
     found = data.copy()
     for held in found.variables.values():
-        held.attrs = naturally(held.attrs)
+        held.attrs = naturally(held.attrs, scales)
     return found
 
 
-def is_natural(data: xr.Dataset) -> bool:
-    """Return whether the dataset says that its numbers are in units of E and L."""
-    return all(data.attrs.get(key) == unit for key, unit in NATURAL_UNITS.items())
+def natural_scales(data: xr.Dataset) -> dict[str, str]:
+    """Return the symbols of the scales that are 1 in all cases: E, L, and perhaps the rate."""
+    if any(data.attrs.get(key) != unit for key, unit in NATURAL_UNITS.items()):
+        return {}
+    rate = NATURAL_RATES.get(data.attrs.get("unit_of_time", ""))
+    return {"E": "E", "L": "L"} | ({} if rate is None else {"rate": rate})
 
 
-def naturally(attrs: dict[str, str]) -> dict[str, str]:
-    """Return the attributes of a variable with its unit written by E and L."""
-    return attrs | ({"units": _natural(attrs["units"])} if "units" in attrs else {})
+def naturally(attrs: Mapping[str, str], scales: Mapping[str, str]) -> dict[str, str]:
+    """Return the attributes of a variable that is divided by what is natural for its unit.
+
+    Its symbol then says so, such as ``N_1 L / E``, and there is no unit; without a symbol, or in a
+    unit of more than these scales, the unit is written by them.
+    """
+    found = dict(attrs)
+    powers = _powers(attrs.get("units", "1"))
+    if not scales or not {*powers} & {*_BASE}:
+        return found
+    force, length = powers.pop("force", 0), powers.pop("length", 0)
+    ours = {"rate": 0, "E": force, "L": length - 2 * force}
+    if "rate" in scales:
+        ours["rate"] = -powers.pop("time", 0)
+    above = [(scales[one], power) for one, power in ours.items() if power > 0]
+    below = [(scales[one], -power) for one, power in ours.items() if power < 0]
+    if attrs.get("symbol") and not powers:
+        top, _, bottom = attrs["symbol"].partition(" / ")
+        over = [*filter(None, [bottom]), *map(_raised, above)]
+        # as it is usually written: the rate before the time, E and L behind what they scale
+        before = [_raised(one) for one in below if one[0] == scales.get("rate")]
+        after = [_raised(one) for one in below if one[0] != scales.get("rate")]
+        return found | {"symbol": _fraction([*before, top, *after], over), "units": "1"}
+    ratio = _fraction(list(map(_raised, above)), list(map(_raised, below)))
+    ours_written = [f"${ratio}$"] if above or below else []
+    return found | {"units": " ".join([*ours_written, *_factors(powers.items())])}
+
+
+def _raised(factor: tuple[str, int]) -> str:
+    symbol, power = factor
+    return symbol if power == 1 else f"{symbol}^{{{power}}}"
+
+
+def _fraction(above: list[str], below: list[str]) -> str:
+    over = r" \, ".join(above) or "1"
+    under = r" \, ".join(below)
+    return f"{over} / {f'({under})' if len(below) > 1 else under}" if below else over
 
 
 def quotient(unit: str, by: str) -> str:
@@ -48,14 +86,3 @@ def _powers(unit: str) -> dict[str, int]:
 
 def _factors(powers: Iterable[tuple[str, int]]) -> list[str]:
     return [name if power == 1 else f"{name}^{power}" for name, power in powers if power]
-
-
-def _natural(unit: str) -> str:
-    """Return ``"force length^-2"`` as ``"$E$/$L$^4"``; what is neither force nor length stays."""
-    powers = _powers(unit)
-    force, length = powers.pop("force", 0), powers.pop("length", 0)
-    both = {"$E$": force, "$L$": length - 2 * force}
-    above = " ".join(_factors((name, power) for name, power in both.items() if power > 0))
-    below = " ".join(_factors((name, -power) for name, power in both.items() if power < 0))
-    ours = f"{above or '1'}/{below}" if below else above
-    return " ".join(filter(None, [ours, *_factors(powers.items())])) or "1"

@@ -33,6 +33,8 @@ def number_axes(axes: NDArray[Any], *, plain_x: bool) -> None:
         if plain_x and ax.get_xscale() == "linear":
             ax.xaxis.set_major_locator(MaxNLocator(_MOST - 1))
             ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: select.number_text(value)))
+        if ax.get_yscale() == "linear":
+            ax.ticklabel_format(axis="y", useOffset=False)
         for axis in (ax.xaxis, ax.yaxis):
             if axis.get_scale() == "log":
                 _number_log(axis)

@@ -36,6 +36,12 @@ _WHAT = {
     "time_reached": "simulated time it reached",
     "wall_time": "computing time of its steps, without recording and checks",
 }
+_RATES = {
+    "shear": "rate",
+    "oscillatory_shear": "amplitude",
+    "extension": "rate",
+    "planar_extension": "rate",
+}
 
 
 def dataset(
@@ -159,8 +165,17 @@ def _attributes(plan: Plan, states: Sequence[State]) -> dict[str, Any]:
         "source": plan.source,
         "collect": json.dumps(plan.collect.to_table()),
         "provenance": json.dumps(provenance()),
-        **(NATURAL_UNITS if all(_is_natural(case.tables) for case in plan.cases) else {}),
+        **_natural_units([case.tables for case in plan.cases]),
     }
+
+
+def _natural_units(held: Sequence[Mapping[str, Any]]) -> dict[str, str]:
+    """Return what the numbers of all cases are in units of, if that is their L, E and rate."""
+    if not all(map(_is_natural, held)):
+        return {}
+    times = {_unit_of_time(tables.get("flow", {})) for tables in held}
+    rate = times.pop() if len(times) == 1 else None
+    return NATURAL_UNITS | ({} if rate is None else {"unit_of_time": rate})
 
 
 def _is_natural(tables: Mapping[str, Any]) -> bool:
@@ -169,6 +184,14 @@ def _is_natural(tables: Mapping[str, Any]) -> bool:
     kinds = held if isinstance(held, list) else [held]
     ones = (kind.get(key, 1.0) for kind in kinds for key in ("length", "rigidity"))
     return "mu_bar" in tables["fluid"] and all(value == 1.0 for value in ones)
+
+
+def _unit_of_time(flow: Mapping[str, Any]) -> str | None:
+    """Return one of `NATURAL_RATES` if a flow has a rate and that is 1 or -1."""
+    name = _RATES.get(flow.get("kind", ""))
+    if name is None or abs(rate := flow.get(name, 1.0)) != 1.0:
+        return None
+    return f"1/{name}" if rate > 0.0 else f"1/|{name}|"
 
 
 def _coordinates(axes: Sequence[Axis]) -> dict[str, Any]:

@@ -448,6 +448,38 @@ def test_numbers_that_are_all_the_same_are_noise():
         assert any("the same to a part in a million" in note for note in notes) is alike
 
 
+def test_numbers_that_differ_by_little_are_written_out():
+    """An axis whose numbers are to be added to one at its end is read wrongly."""
+    data = swept().isel(seed=0, slenderness=0, drop=True).drop_vars("stress_mean_error")
+    data["stress_mean"] = ("mu_bar", [0.99997, 0.99998, 0.99999, 1.0])
+    (ax,) = sweep(data, "stress_mean", log="x")
+    ax.figure.canvas.draw()
+    assert ax.yaxis.get_offset_text().get_text() == ""
+    assert "0.99998" in "".join(text.get_text() for text in ax.get_yticklabels())
+
+
+def test_where_another_moment_gives_the_value_is_said():
+    """Between mu_bar = 1e4 and 1e5 the largest energy moves from a tenth to nine of the run."""
+    data = swept().isel(seed=0, fiber=0, drop=True)
+    data["time_reached"] = data["wall_time"] * 10.0
+    moved = [[1.0, 2.0], [1.2, 2.0], [9.0, 2.5], [9.1, 3.0]]
+    data["energy_largest_time"] = (("mu_bar", "slenderness"), moved)
+    (note,) = [n for n in cut(data, "energy_largest").notes if "moment" in n]
+    assert note.startswith("between mu_bar = 1e+04 and 1e+05 another moment of the run gives")
+    assert "other line" not in note
+    # backwards, and not sorted, it is the same place
+    turned = data.isel(mu_bar=[3, 1, 0, 2])
+    assert note in cut(turned, "energy_largest").notes
+    both = np.array(moved)
+    both[2:, 1] = 8.0
+    data["energy_largest_time"] = (("mu_bar", "slenderness"), both)
+    assert any("and in 1 other line" in n for n in cut(data, "energy_largest").notes)
+    # the first and the last time are told by their own notes
+    ends = np.where(np.array(moved) > 5.0, 10.0, np.array(moved))
+    data["energy_largest_time"] = (("mu_bar", "slenderness"), ends)
+    assert not any("moment" in n for n in cut(data, "energy_largest").notes)
+
+
 @pytest.mark.parametrize(("after", "first"), [(0.0, 2), (0.5, 3)])
 def test_values_of_the_first_and_the_last_time_are_counted(after, first):
     """There nothing grew, or it may grow on."""
@@ -512,31 +544,53 @@ def test_components_and_fibers_that_are_not_there_are_refused(name, at, says):
         cut(data, name, at=at)
 
 
-def test_units_are_natural_where_the_dataset_says_so():
+@pytest.mark.parametrize(
+    ("unit", "written", "said"),
+    [
+        ("force length", r"E \, L / E", "$E / L$"),
+        ("force", r"E \, L^{2} / E", "$E / L^{2}$"),
+        ("force length^-2", r"E \, L^{4} / E", "$E / L^{4}$"),
+        ("length", "E / L", "$L$"),
+        ("length^-1", r"E \, L", "$1 / L$"),
+        ("force length^2", "E / E", "$E$"),
+        ("force^2 length^4", "E / E^{2}", "$E^{2}$"),
+        ("force^-1 length", r"E \, E / L^{3}", r"$L^{3} / E$"),
+        ("time", r"\dot\gamma \, E", r"$1 / \dot\gamma$"),
+        ("time^-1", r"E / \dot\gamma", r"$\dot\gamma$"),
+        ("length time^-1", r"E / (\dot\gamma \, L)", r"$\dot\gamma \, L$"),
+    ],
+)
+def test_symbols_are_over_natural_scales_where_the_dataset_says_so(unit, written, said):
     data = swept()
+    data["energy_largest"].attrs["units"] = unit
     assert in_natural_units(data) is data
     half = data.assign_attrs(unit_of_length="L")
     assert in_natural_units(half) is half
-    data.attrs |= NATURAL_UNITS
+    data.attrs |= NATURAL_UNITS | {"unit_of_time": "1/rate"}
+    found = in_natural_units(data)["energy_largest"].attrs
+    assert (found["symbol"], found["units"]) == (written, "1")
+    assert data["energy_largest"].attrs["units"] == unit
+    del data["energy_largest"].attrs["symbol"]
+    assert in_natural_units(data)["energy_largest"].attrs["units"] == said
+
+
+def test_units_without_a_rate_keep_the_time():
+    data = swept().assign_attrs(NATURAL_UNITS)
     for unit, said in (
-        ("force length", "$E$/$L$"),
-        ("force", "$E$/$L$^2"),
-        ("force length^-2", "$E$/$L$^4"),
-        ("length", "$L$"),
-        ("length^-1", "1/$L$"),
-        ("force length^2", "$E$"),
-        ("force^2 length^4", "$E$^2"),
         ("time", "time"),
-        ("force time length^-2", "$E$/$L$^4 time"),
-        ("force^-1 length", "$L$^3/$E$"),
+        ("force time length^-2", "$E / L^{4}$ time"),
+        ("rad", "rad"),
         ("1", "1"),
     ):
         data["energy_largest"].attrs["units"] = unit
-        assert in_natural_units(data)["energy_largest"].attrs["units"] == said
-        assert data["energy_largest"].attrs["units"] == unit
+        found = in_natural_units(data)["energy_largest"].attrs
+        assert (found["symbol"], found["units"]) == ("E", said)
     data["energy_largest"].attrs["units"] = "force"
-    label = cut(data, "energy_largest").label
-    assert label.startswith("largest elastic energy $E$ [$E$/$L$$^{2}$]")
+    assert cut(data, "energy_largest").label.startswith(r"largest elastic energy $E \, L^{2} / E$")
+    assert cut(data, "stress", at={"seed": 0}).x.label == "time $t$"
+    data.attrs["unit_of_time"] = "1/|amplitude|"
+    label = cut(data, "stress", at={"seed": 0}).x.label
+    assert label == r"time $|\dot\gamma_0| \, t$"
 
 
 def test_lines_have_markers_of_their_own_and_numbers_as_they_are_written():
@@ -600,10 +654,10 @@ def test_what_divides_divides_the_unit_too():
     assert cut(data, "energy_largest", **said).label == "largest elastic energy $E / L$ [force]"
     data.attrs |= NATURAL_UNITS
     label = cut(data, "energy_largest", **said).label
-    assert label == "largest elastic energy $E / L$ [$E$/$L$$^{2}$]"
-    assert cut(data, "energy_largest", x="mu_bar").label.endswith("$E$ [$E$/$L$]")
+    assert label == r"largest elastic energy $E \, L^{2} / (L \, E)$"
+    assert cut(data, "energy_largest", x="mu_bar").label.endswith(r"$E \, L / E$")
     assert along(data, "length").unit == " [length]"
-    assert cut(data, "energy_largest", at={"length": 1e-2}).held == ("$L$ = 0.01 [$L$]",)
+    assert cut(data, "energy_largest", at={"length": 1e-2}).held == ("$L / L$ = 0.01",)
     del data.attrs["unit_of_length"]
     assert cut(data, "energy_largest", at={"length": 1e-2}).held == ("$L$ = 0.01 [length]",)
     axes = sweep(data, "energy_largest", x="mu_bar")

@@ -15,10 +15,11 @@ import xarray as xr
 
 import stokesfibers as sf
 from stokesfibers.core.errors import InputError, MissingExtraError, StoreError
-from stokesfibers.core.variables import NATURAL_UNITS
+from stokesfibers.core.variables import NATURAL_RATES, NATURAL_UNITS
 from stokesfibers.io import atomic, lock
 from stokesfibers.study import sweep_dataset, sweep_folder, sweep_workers
 from stokesfibers.study.sweep import changes, collect, sweep
+from stokesfibers.study.sweep_dataset import _natural_units
 from stokesfibers.study.sweep_folder import SweepFolder
 from stokesfibers.study.sweep_plan import read_plan
 from stokesfibers.study.sweep_tally import tally
@@ -523,7 +524,28 @@ def test_the_dataset_says_where_its_units_are_those_of_the_fiber(tmp_path):
         whole = {"fiber.length": 1.0, "fiber.rigidity": 1.0}
         fixed = {key: value for key, value in whole.items() if key not in grid}
         data = _sweep(tmp_path / f"b{k}", SWEEP | {"grid": grid, "set": fixed})
-        assert not NATURAL_UNITS.keys() & data.attrs.keys()
+        assert not (NATURAL_UNITS.keys() | {"unit_of_time"}) & data.attrs.keys()
+
+
+@pytest.mark.parametrize(
+    ("flows", "unit"),
+    [
+        ([{"kind": "shear"}, {"kind": "planar_extension", "rate": 1.0}], "1/rate"),
+        ([{"kind": "extension", "rate": -1.0}], "1/|rate|"),
+        ([{"kind": "oscillatory_shear", "frequency": 0.5}], "1/amplitude"),
+        ([{"kind": "oscillatory_shear", "amplitude": -1.0, "frequency": 0.5}], "1/|amplitude|"),
+        ([{"kind": "shear", "rate": 2.0}], None),
+        ([{"kind": "shear"}, {"kind": "shear", "rate": -1.0}], None),
+        ([{"kind": "rotation"}], None),
+    ],
+)
+def test_time_is_in_units_of_a_rate_of_one_that_all_cases_have(flows, unit):
+    held = [{"fiber": {}, "fluid": {"mu_bar": 1e3}, "flow": flow} for flow in flows]
+    found = _natural_units(held)
+    assert found.pop("unit_of_time", None) == unit
+    assert found == NATURAL_UNITS
+    assert unit is None or unit in NATURAL_RATES
+    assert _natural_units([{"fluid": {"mu_bar": 1.0}, "fiber": [{}, {}]}]) == NATURAL_UNITS
 
 
 def test_the_dataset_keeps_the_order_of_the_lists(tmp_path):
