@@ -113,7 +113,7 @@ def _kinds(texts: list[str]) -> list[str]:
     """Return tables by their kinds where these tell them apart, else with their other keys."""
     kinds = [kind for kind in map(kind_of, texts) if kind]
     if len(set(kinds)) == len(texts):
-        return kinds
+        return [kind.replace("_", " ") for kind in kinds]
     return [_KIND.sub(r"\1\2", text) for text in texts]
 
 

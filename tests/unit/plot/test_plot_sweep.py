@@ -355,6 +355,7 @@ def test_what_stays_is_named_and_what_divides_is_in_the_label():
         ((1.0, 40.0), True, ["1", "40"]),
         ((1e4, 1.5e5), False, ["$10^{4}$", r"$1.5\times10^{5}$"]),
         (('{kind = "shear", rate = 1.0}', '{kind = "extension"}'), False, ["shear", "extension"]),
+        (('{kind = "planar_extension"}', '{kind = "a"}'), False, ["planar extension", "a"]),
         (
             ('{kind = "shear", rate = 1.0}', '{kind = "shear"}'),
             False,
