@@ -42,7 +42,7 @@ bench: $(STAMP)-dev
 $(STAMP): pyproject.toml
 	@echo "Installing into .venv: about a minute, silent unless something goes wrong."
 	@test -d .venv || $(PYTHON) -m venv .venv
-	$(BIN)/pip install -q -e ".[fast]"
+	$(BIN)/pip install -q -e ".[fast,sweep]"
 	@touch $@
 	@echo "Installed. For the commands in this shell: source .venv/bin/activate"
 

@@ -229,8 +229,8 @@ def _say_how_it_ended(data: xr.Dataset, folder: Path, *, quiet: bool) -> int:
         say_doubts(int(attributes["doubtful"]), folder)
     settled = say_unsettled(data)
     if not quiet:
-        say_ranges(data)
-        say_end(done, cases, folder, trusted=settled and not (failed or attributes["doubtful"]))
+        trusted = settled and not (failed or attributes["doubtful"])
+        say_end(done, cases, folder, say_ranges(data), trusted=trusted)
     return RUN_FAILED if failed else DONE
 
 

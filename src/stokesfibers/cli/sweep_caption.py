@@ -18,10 +18,26 @@ _SAID_BY_NONE = {
     "initial.centre": [0.0, 0.0, 0.0],
 }
 """Values of which a caption does not speak."""
+_MEANT = {
+    "fiber.slenderness": "radius / length",
+    "fluid.mu_bar": "8 pi mu rate L^4 / E",
+    "flow.frequency": "cycles per time",
+    "initial.angle": "radians to the x-axis",
+}
+"""What a reader of a caption asks of a value."""
 _SMALL = 0.01
 _NUMERICS = ("allow_small_m", "newton_passes")
 _BARE = ("model", "stepping")  # tables whose keys say by themselves what they are
 _TABLES = ("fiber", "fluid", "flow", "domain", "load", "initial", "model", "stepping", "stop")
+
+
+def _meaning(path: str, value: Any, parts: dict[str, list[str]]) -> str:
+    """Return what a value means where its name does not say it; empty elsewhere."""
+    if path == "initial.amplitude" and parts.get("initial", [""])[0] == "nearly straight":
+        return f"an arc of height up to {abs(value) / 256.0:.2g} L"
+    if path == "flow.kind" and value == "oscillatory_shear":
+        return "rate amplitude x sin(2 pi frequency t)"
+    return _MEANT.get(path, "")
 
 
 def spread_doubt(plan: Plan, spread: float) -> Iterator[str]:
@@ -50,8 +66,13 @@ def caption(plan: Plan) -> str:
         if table in _BARE:
             table, _, key = key.partition(".")
         told = plain(value).replace("_", " ") if isinstance(value, str) else plain(value)
-        parts.setdefault(table, []).append(told if key in ("", "kind") else f"{key} {told}")
+        meant = _meaning(path, value, parts)
+        told = told if key in ("", "kind") else f"{key} {told}"
+        parts.setdefault(table, []).append(told + (f" ({meant})" if meant else ""))
     said = [f"{table} {', '.join(values)}" for table, values in parts.items()]
+    cycles = {case.tables.get("stepping", {}).get("cycles") for case in plan.cases} - {None}
+    if len(cycles) == 1 and "until" not in parts:
+        said.append(f"{cycles.pop()} cycles")
     if plan.collect.after:
         said.append(f"values from t = {number(plan.collect.after)} on")
     return "; ".join(said)

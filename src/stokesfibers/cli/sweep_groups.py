@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 _MEANINGS = {
     "B": "weight per length times L^3 / E, elasto-gravitational number",
-    "mu_bar": "8 pi mu rate L^4 / E, effective viscosity",
+    "mu_bar": "8 pi mu rate L^4 / E, effective viscosity; rate is the largest",
     "eta": "mu_bar / |c|, c = log(eps^2 e)",
     "strain": "amplitude / (pi frequency), of half a cycle",
     "buckling": "times the threshold (local drag) of a fiber along the compression",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -15,13 +15,10 @@ from stokesfibers.cli.sweep_held import held_dataset, stay_at
 from stokesfibers.cli.typed import named_as_typed
 from stokesfibers.cli.words import warn
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 _TYPED = {
     "name": "NAME",
     "path": "--out",
-    **{option: f"--{option}" for option in ("x", "at", "per", "log", "dpi")},
+    **{option: f"--{option}" for option in ("x", "at", "per", "by", "log", "dpi")},
 }
 
 
@@ -36,6 +33,11 @@ _TYPED = {
     help="Stay at this value of a parameter, or the nearest; at fiber=0, space=y. May be repeated.",
 )
 @click.option("--per", metavar="NAME", help="Divide by this parameter, such as mu_bar.")
+@click.option(
+    "--by",
+    metavar="NAME",
+    help="Coordinate that names lines or panels, such as flow_strain of an oscillating shear.",
+)
 @click.option("--log", help="Logarithmic axes: x, y, xy or none; by default as values spread.")
 @click.option("--label", help="Text along the vertical axis; formulas in $...$ as in TeX.")
 @click.option("--xlabel", help="Text along the horizontal axis.")
@@ -56,6 +58,7 @@ def plot_sweep(
     x: str | None,
     at: tuple[str, ...],
     per: str | None,
+    by: str | None,
     log: str | None,
     label: str | None,
     xlabel: str | None,
@@ -90,9 +93,11 @@ def plot_sweep(
         with replacing(*targets), on(DARK if dark else LIGHT):
             for target in targets:
                 checked_path(target)
-            given: dict[str, Any] = {"x": x, "at": dict(map(stay_at, at)), "per": per}
-            drawn = sweep(data, variable, log="" if log == "none" else log, **given)
-            _write(drawn, label, xlabel, legend)
+            given: dict[str, Any] = {"x": x, "at": dict(map(stay_at, at)), "per": per, "by": by}
+            texts: dict[str, Any] = {"label": label, "xlabel": xlabel, "legend": legend}
+            drawn = sweep(data, variable, log="" if log == "none" else log, **given, **texts)
+            if legend and not any(ax.get_legend() for ax in drawn):
+                warn("the figure has no legend, and --legend no effect.")
             for target in targets:
                 click.echo(save(drawn, target, dpi))
         shown = cut(data, variable, **given)
@@ -103,15 +108,3 @@ def plot_sweep(
         click.echo(f"It shows {variable}; there are also: {', '.join(others)}.", err=True)
     if shared := caption(plan):
         click.echo(f"In all cases: {shared}.", err=True)
-
-
-def _write(drawn: NDArray[Any], label: str | None, xlabel: str | None, legend: str | None) -> None:
-    """Replace the texts of a figure that were given."""
-    for ax in drawn:
-        ax.set_ylabel(label if label and ax.get_ylabel() else ax.get_ylabel())
-        ax.set_xlabel(xlabel or ax.get_xlabel())
-    legends = [ax.get_legend() for ax in drawn if ax.get_legend() is not None]
-    for one in legends if legend else ():
-        one.set_title(legend)
-    if legend and not legends:
-        warn("the figure has no legend, and --legend no effect.")

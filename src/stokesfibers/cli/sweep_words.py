@@ -224,8 +224,8 @@ def say_unsettled(data: xr.Dataset) -> bool:
     return unsettled == 0
 
 
-def say_ranges(data: xr.Dataset) -> None:
-    """Print least and largest value of each number that was collected."""
+def say_ranges(data: xr.Dataset) -> str:
+    """Print least and largest value of each number that was collected; return the first name."""
     import numpy as np
 
     from stokesfibers.plot.sweep_select import collected
@@ -236,10 +236,11 @@ def say_ranges(data: xr.Dataset) -> None:
         if known.size:
             rows.append((name, span(known.tolist())))
     lines(rows)
+    return rows[0][0] if rows else ""
 
 
-def say_end(done: int, cases: int, folder: Path, *, trusted: bool) -> None:
-    """Say where the dataset is, and whether all of it is `trusted`."""
+def say_end(done: int, cases: int, folder: Path, name: str, *, trusted: bool) -> None:
+    """Say where the dataset is, whether all of it is `trusted`, and how `name` of it is drawn."""
     if not done:
         return
     if done == cases:
@@ -248,7 +249,7 @@ def say_end(done: int, cases: int, folder: Path, *, trusted: bool) -> None:
     click.echo(f"{count}, stored in {folder / 'sweep.zarr'}.")
     if trusted:
         click.echo("Each run watched its own error and can be trusted.")
-    click.echo(f"Next: stokesfibers sweep plot {folder}")
+    click.echo(f"Next: stokesfibers sweep plot {folder} {name}".rstrip())
     click.echo(f'In Python: xarray.open_zarr("{folder / "sweep.zarr"}")')
 
 

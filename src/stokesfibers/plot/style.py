@@ -78,6 +78,7 @@ STYLE: Mapping[Any, Any] = MappingProxyType(
         "legend.labelspacing": 0.25,
         "legend.borderaxespad": 0.2,
         # Text stays text: it can be searched, and edited by the journal.
+        "savefig.dpi": 300,
         "svg.fonttype": "none",
         "pdf.fonttype": 42,
         # With the dates left out in `save`, the same data give the same bytes.

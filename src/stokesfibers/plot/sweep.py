@@ -38,7 +38,11 @@ def sweep(
     x: str | None = None,
     at: Mapping[str, Any] | None = None,
     per: str | None = None,
+    by: str | None = None,
     log: str | None = None,
+    label: str | None = None,
+    xlabel: str | None = None,
+    legend: str | None = None,
     ax: Axes | None = None,
 ) -> NDArray[Any]:
     """Draw a variable of a sweep's dataset; return the axes, one for each panel.
@@ -61,8 +65,12 @@ def sweep(
         Values of parameters to stay at, the nearest; or of a fiber, or component (``space``).
     per
         A swept parameter to divide the variable by.
+    by
+        A coordinate that names the lines or panels, such as ``flow_strain`` for frequencies.
     log
         Axes that are logarithmic: ``"x"``, ``"y"``, ``"xy"`` or ``""``; default as above.
+    label, xlabel, legend
+        Texts along the vertical and the horizontal axis and above the legend, in place of its own.
     ax
         Axes to draw on, if there is one panel.
 
@@ -75,24 +83,30 @@ def sweep(
     InputError
         If there is no such variable, dimension or value, too many are left, or none is known.
     """
-    held = _checked(log, cut(data, name, x=x, at=at, per=per))
+    held = _checked(log, cut(data, name, x=x, at=at, per=per, by=by))
     axes = _axes(len(held.values), ax)
     with style():
-        for k, panel in enumerate(axes):
-            _draw(panel, held, k)
-            _scales(panel, held, log)
-            panel.set_xlabel(held.x.label)
-            panel.set_ylabel(held.label if k % _ACROSS == 0 else "")
-            if held.panels is not None:
-                panel.set_title(held.panels.said(k), loc="left")
-        _share_heights(axes, held)
-        number_axes(axes, plain_x=held.x.numbers is not None)
-        _name_what_stays(axes, held)
-        _legend(axes, held.lines)
+        _draw_all(axes, held, log, (xlabel or held.x.label, label or held.label))
+        _legend(axes, held.lines, legend)
     return axes
 
 
-def _name_what_stays(axes: NDArray[Any], held: Cut) -> None:
+def _draw_all(axes: NDArray[Any], held: Cut, log: str | None, labels: tuple[str, str]) -> None:
+    for k, panel in enumerate(axes):
+        _draw(panel, held, k)
+        _scales(panel, held, log)
+        panel.set_xlabel(labels[0])
+        panel.set_ylabel(labels[1] if k % _ACROSS == 0 else "")
+    _share_heights(axes, held)
+    number_axes(axes, plain_x=held.x.numbers is not None)
+    _title(axes, held)
+
+
+def _title(axes: NDArray[Any], held: Cut) -> None:
+    """Name the panels, and what stays."""
+    if held.panels is not None:
+        for k, panel in enumerate(axes):
+            panel.set_title(held.panels.said(k), loc="left")
     text = ", ".join(held.held)
     if held.panels is None:
         axes[0].set_title(text, loc="left")
@@ -114,13 +128,13 @@ def _axes(count: int, ax: Axes | None) -> NDArray[Any]:
     return panels[:count]
 
 
-def _legend(axes: NDArray[Any], lines: Along | None) -> None:
+def _legend(axes: NDArray[Any], lines: Along | None, text: str | None) -> None:
     """Say which line is which: beside the last panel, or above the first if it takes much room."""
     if lines is None:
         return
     printed = re.sub(r"\\[a-zA-Z]+|[{}_^$]", "", max(lines.label.split("\n"), key=len))
     title = lines.label if len(printed) <= _LONG else f"{lines.symbol}{lines.unit}"
-    options: dict[str, Any] = {"title": title, "alignment": "left"}
+    options: dict[str, Any] = {"title": text or title, "alignment": "left"}
     if max(map(len, lines.texts)) <= _LONG:
         axes[-1].legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), **options)
     else:
@@ -182,12 +196,13 @@ def _draw_errors(ax: Axes, held: Cut, line: tuple[Floats, Floats, Floats], colou
 
 
 def _colours(lines: Along | None) -> list[Any]:
-    """Return a colour per line: growing with numbers, else those of the palette."""
+    """Return a colour per line: in the order of numbers, however far apart, else the palette's."""
     if lines is None:
         return [theme().palette[0]]
     if lines.numbers is None or not np.isfinite(lines.numbers).all():
         return [theme().palette[k % len(theme().palette)] for k in range(len(lines.values))]
-    return time_colours(np.log(lines.numbers) if lines.is_log else lines.numbers, _LIGHTEST)
+    _, rank = np.unique(lines.numbers, return_inverse=True)
+    return time_colours(rank.astype(np.float64), _LIGHTEST)
 
 
 def _scales(ax: Axes, held: Cut, log: str | None) -> None:

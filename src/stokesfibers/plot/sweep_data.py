@@ -64,6 +64,7 @@ def cut(
     x: str | None = None,
     at: Mapping[str, Any] | None = None,
     per: str | None = None,
+    by: str | None = None,
 ) -> Cut:
     """Return what `stokesfibers.plot.sweep` draws; parameters and errors are the same."""
     name, places, parts = chosen(data, name, at or {})
@@ -90,11 +91,15 @@ def cut(
     values, doubtful = _grid(found, found, order), _grid(taken.doubt, found, order).astype(bool)
     if not np.isfinite(values).any():
         raise InputError("name", "a variable with a known value", f"{name}, of which none is known")
-    panels, lines = (None if dim is None else along(data, dim) for dim in order[:2])
+    named = None if by is None else dimension(data, by, [d for d in order[:2] if d], "by")
+    panels, lines = (
+        None if dim is None else along(data, dim, by if dim == named else None) for dim in order[:2]
+    )
     there, share = _grid(places, found, order), _share_of_run(data, name, found, order)
     said = [*notes.at_an_end(data, name)]
     plain = time is None and along(data, axis, along_x).numbers is not None
-    said += [] if share is None or not plain else notes.jumps(share, there, along_x or axis)
+    if share is not None and plain:
+        said += notes.jumps(share, there, values, along_x or axis)
     said += [*notes.alike_ones(values, name), *notes.doubtful_ones(values, doubtful, bool(series))]
     return Cut(
         label=label_of(found, name),

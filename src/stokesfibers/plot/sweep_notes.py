@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 ALIKE = 1e-6  # relative; less is noise at any tolerance of a run
 _AT_END = 1e-9  # relative
+_SEEN = 0.01  # of the range of all values: a change that an eye sees
 _JUMP = 0.25  # of a run's time, from one value along a line to the next
 
 
@@ -43,7 +44,7 @@ def at_an_end(data: xr.Dataset, name: str) -> Iterator[str]:
             yield f"{count} of {int(known.sum())} values are those of the {what} time"
 
 
-def jumps(share: Floats, places: Floats, name: str) -> Iterator[str]:
+def jumps(share: Floats, places: Floats, values: Floats, name: str) -> Iterator[str]:
     """Say where along a line the time of an extremum jumps: another bend is the largest there.
 
     Parameters
@@ -52,12 +53,16 @@ def jumps(share: Floats, places: Floats, name: str) -> Iterator[str]:
         Times of the extrema over those of the runs.
     places : (..., x)
         Values of the parameter along the axis.
+    values : (..., x)
+        The extrema; where they hardly change, nothing is said.
     name
         Its name.
     """
     inside = np.where((share > 0.0) & (share < 1.0 - _AT_END), share, np.nan)
     order = np.argsort(places, axis=-1)
-    far = np.abs(np.diff(np.take_along_axis(inside, order, axis=-1), axis=-1)) > _JUMP
+    times, taken = (np.take_along_axis(one, order, axis=-1) for one in (inside, values))
+    far = np.abs(np.diff(times, axis=-1)) > _JUMP
+    far &= np.abs(np.diff(taken, axis=-1)) > _SEEN * np.ptp(values[np.isfinite(values)])
     if not far.any():
         return
     *line, k = map(int, np.argwhere(far)[0])

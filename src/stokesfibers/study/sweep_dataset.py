@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from stokesfibers.config.keys import key_at
 from stokesfibers.core.errors import StoreError
-from stokesfibers.core.variables import NATURAL_UNITS
 from stokesfibers.io.atomic import disk_errors
 from stokesfibers.io.provenance import provenance
 from stokesfibers.io.reader import open_run
 from stokesfibers.study.sweep_axes import Axis
 from stokesfibers.study.sweep_collect import reduced
+from stokesfibers.study.sweep_derived import natural_units, strains
 from stokesfibers.study.sweep_folder import DATASET, RUNS, UNREADABLE, State, SweepFolder, doubt_of
 from stokesfibers.study.sweep_plan import Plan, SweepCase
 from stokesfibers.study.sweep_values import short_names, toml_text
@@ -35,12 +35,6 @@ _WHAT = {
     "run": "its run, below the folder of the sweep",
     "time_reached": "simulated time it reached",
     "wall_time": "computing time of its steps, without recording and checks",
-}
-_RATES = {
-    "shear": "rate",
-    "oscillatory_shear": "amplitude",
-    "extension": "rate",
-    "planar_extension": "rate",
 }
 
 
@@ -73,7 +67,8 @@ def dataset(
     attributes = _attributes(plan, states) | {
         "doubtful": sum(d != "" and s.code == "done" for d, s in zip(doubts, states, strict=True))
     }
-    data = xr.Dataset(held, coords=_coordinates(plan.axes), attrs=attributes)
+    coordinates = _coordinates(plan.axes) | strains([c.tables for c in plan.cases], dims, shape)
+    data = xr.Dataset(held, coords=coordinates, attrs=attributes)
     for name, meaning in _WHAT.items():
         data[name].attrs["long_name"] = meaning
     data["wall_time"].attrs["units"] = "s"
@@ -165,33 +160,8 @@ def _attributes(plan: Plan, states: Sequence[State]) -> dict[str, Any]:
         "source": plan.source,
         "collect": json.dumps(plan.collect.to_table()),
         "provenance": json.dumps(provenance()),
-        **_natural_units([case.tables for case in plan.cases]),
+        **natural_units([case.tables for case in plan.cases]),
     }
-
-
-def _natural_units(held: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    """Return what the numbers of all cases are in units of, if that is their L, E and rate."""
-    if not all(map(_is_natural, held)):
-        return {}
-    times = {_unit_of_time(tables.get("flow", {})) for tables in held}
-    rate = times.pop() if len(times) == 1 else None
-    return NATURAL_UNITS | ({} if rate is None else {"unit_of_time": rate})
-
-
-def _is_natural(tables: Mapping[str, Any]) -> bool:
-    """Return whether a case has fibers of L = 1 and E = 1, and mu_bar in place of the viscosity."""
-    held = tables["fiber"]
-    kinds = held if isinstance(held, list) else [held]
-    ones = (kind.get(key, 1.0) for kind in kinds for key in ("length", "rigidity"))
-    return "mu_bar" in tables["fluid"] and all(value == 1.0 for value in ones)
-
-
-def _unit_of_time(flow: Mapping[str, Any]) -> str | None:
-    """Return one of `NATURAL_RATES` if a flow has a rate and that is 1 or -1."""
-    name = _RATES.get(flow.get("kind", ""))
-    if name is None or abs(rate := flow.get(name, 1.0)) != 1.0:
-        return None
-    return f"1/{name}" if rate > 0.0 else f"1/|{name}|"
 
 
 def _coordinates(axes: Sequence[Axis]) -> dict[str, Any]:

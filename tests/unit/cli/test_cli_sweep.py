@@ -372,8 +372,9 @@ def test_what_all_cases_have_alike_is_said_for_the_caption(file, invoke):
     assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
     said = invoke("sweep", "plot", "twofold").stderr.partition("In all cases: ")[2]
     assert said.strip() == (
-        "fiber length 1, slenderness 0.01, rigidity 1; flow shear, rate 1; "
-        "initial nearly straight, amplitude 0.1; mobility nonlocal; "
+        "fiber length 1, slenderness 0.01 (radius / length), rigidity 1; flow shear, rate 1; "
+        "initial nearly straight, amplitude 0.1 (an arc of height up to 0.00039 L); "
+        "mobility nonlocal; "
         "regularization spheroidal, m 2; rtol 0.001; until 0.5."
     )
 

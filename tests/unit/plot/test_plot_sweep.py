@@ -463,6 +463,7 @@ def test_where_another_moment_gives_the_value_is_said():
     """Between mu_bar = 1e4 and 1e5 the largest energy moves from a tenth to nine of the run."""
     data = swept().isel(seed=0, fiber=0, drop=True)
     data["time_reached"] = data["wall_time"] * 10.0
+    data["energy_largest"] = data["mu_bar"] / 1e6 + 2.0 * data["slenderness"]
     moved = [[1.0, 2.0], [1.2, 2.0], [9.0, 2.5], [9.1, 3.0]]
     data["energy_largest_time"] = (("mu_bar", "slenderness"), moved)
     (note,) = [n for n in cut(data, "energy_largest").notes if "moment" in n]
@@ -475,6 +476,9 @@ def test_where_another_moment_gives_the_value_is_said():
     both[2:, 1] = 8.0
     data["energy_largest_time"] = (("mu_bar", "slenderness"), both)
     assert any("and in 1 other line" in n for n in cut(data, "energy_largest").notes)
+    flat = data.assign(energy_largest=1.0 + 1e-3 * data["energy_largest"])
+    flat["energy_largest"][-1] = 2.0  # elsewhere there is nothing to see
+    assert not any("moment" in n for n in cut(flat, "energy_largest").notes)
     # the first and the last time are told by their own notes
     ends = np.where(np.array(moved) > 5.0, 10.0, np.array(moved))
     data["energy_largest_time"] = (("mu_bar", "slenderness"), ends)
@@ -737,3 +741,25 @@ def test_tables_are_told_by_their_kinds():
         assert one["slenderness"].item() == "[3, 2, 2]"
     with pytest.raises(InputError, match="slenderness to be one of none, steric"):
         stay(data, ["mu_bar", "slenderness", "seed"], {"slenderness": "hard"})
+
+
+def test_lines_are_named_by_a_coordinate_beside_their_own():
+    data = swept().isel(seed=0, drop=True)
+    attrs = {"long_name": "strain of half a cycle", "symbol": r"\gamma", "units": "1"}
+    data = data.assign_coords(flow_strain=("slenderness", [3.0, 5.0], attrs))
+    assert cut(data, "energy_largest").lines.values == tuple(EPS)
+    named = cut(data, "energy_largest", by="flow_strain").lines
+    assert (named.values, named.label) == ((3.0, 5.0), r"strain of half a cycle $\gamma$")
+    (ax,) = sweep(data, "energy_largest", by="flow_strain", label="up", xlabel="along", legend="so")
+    title = ax.get_legend().get_title().get_text()
+    assert (ax.get_ylabel(), ax.get_xlabel(), title) == ("up", "along", "so")
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["3", "5"]
+    with pytest.raises(InputError, match="by: expected a swept parameter: slenderness"):
+        cut(data, "energy_largest", by="mu_bar")
+
+
+def test_lines_close_to_one_another_have_colours_far_apart():
+    data = swept().isel(seed=0, drop=True).assign_coords(mu_bar=[2.0, 2.5, 3.0, 80.0])
+    (ax,) = sweep(data, "energy_largest", x="slenderness")
+    colours = [handle.get_color() for handle in ax.get_legend().legend_handles]
+    assert colours == time_colours(np.arange(4.0), 0.88)

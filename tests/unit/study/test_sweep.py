@@ -19,7 +19,7 @@ from stokesfibers.core.variables import NATURAL_RATES, NATURAL_UNITS
 from stokesfibers.io import atomic, lock
 from stokesfibers.study import sweep_dataset, sweep_folder, sweep_workers
 from stokesfibers.study.sweep import changes, collect, sweep
-from stokesfibers.study.sweep_dataset import _natural_units
+from stokesfibers.study.sweep_derived import natural_units, strains
 from stokesfibers.study.sweep_folder import SweepFolder
 from stokesfibers.study.sweep_plan import read_plan
 from stokesfibers.study.sweep_tally import tally
@@ -541,11 +541,27 @@ def test_the_dataset_says_where_its_units_are_those_of_the_fiber(tmp_path):
 )
 def test_time_is_in_units_of_a_rate_of_one_that_all_cases_have(flows, unit):
     held = [{"fiber": {}, "fluid": {"mu_bar": 1e3}, "flow": flow} for flow in flows]
-    found = _natural_units(held)
+    found = natural_units(held)
     assert found.pop("unit_of_time", None) == unit
     assert found == NATURAL_UNITS
     assert unit is None or unit in NATURAL_RATES
-    assert _natural_units([{"fluid": {"mu_bar": 1.0}, "fiber": [{}, {}]}]) == NATURAL_UNITS
+    assert natural_units([{"fluid": {"mu_bar": 1.0}, "fiber": [{}, {}]}]) == NATURAL_UNITS
+
+
+def test_the_strain_of_half_a_cycle_is_a_coordinate_beside_what_sets_it():
+    """1 / (pi f): of each frequency the same at both viscosities."""
+    flows = [{"kind": "oscillatory_shear", "frequency": f} for f in (0.1, 0.5)]
+    held = [{"flow": flow} for flow in (flows[0], flows[1], flows[0], flows[1])]
+    (dim,), values, said = strains(held, ("mu_bar", "frequency"), (2, 2))["flow_strain"]
+    assert dim == "frequency"
+    assert values == pytest.approx([10.0 / np.pi, 2.0 / np.pi])
+    assert said["long_name"] == "strain of half a cycle"
+    both = [{"flow": flow | {"amplitude": a}} for a in (1.0, -2.0) for flow in flows]
+    assert strains(both, ("amplitude", "frequency"), (2, 2)) == {}
+    ((_, values, _),) = strains(both[1::2], ("amplitude",), (2,)).values()
+    assert values == pytest.approx([2.0 / np.pi, 4.0 / np.pi])
+    assert strains([*held[:3], {"flow": {"kind": "shear"}}], ("a", "b"), (2, 2)) == {}
+    assert strains(held[::2], ("mu_bar",), (2,)) == {}
 
 
 def test_the_dataset_keeps_the_order_of_the_lists(tmp_path):
