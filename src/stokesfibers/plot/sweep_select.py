@@ -182,7 +182,12 @@ def dimension(data: xr.Dataset, name: str, dims: list[str], where: str) -> str:
         return name
     if name in data.coords and data[name].ndim == 1 and str(data[name].dims[0]) in dims:
         return str(data[name].dims[0])
-    names = [d for d in dims if d not in SERIES]
+    own = [d for d in dims if d not in SERIES]
+    names = own + [
+        str(c)
+        for c, held in data.coords.items()
+        if c not in own and held.dims in [(d,) for d in own]
+    ]
     if where == "at":
         names += sorted({*map(str, data.dims)} - {*names, *SERIES})
     hint = did_you_mean(name, names)

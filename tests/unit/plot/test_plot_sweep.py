@@ -754,7 +754,7 @@ def test_lines_are_named_by_a_coordinate_beside_their_own():
     title = ax.get_legend().get_title().get_text()
     assert (ax.get_ylabel(), ax.get_xlabel(), title) == ("up", "along", "so")
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["3", "5"]
-    with pytest.raises(InputError, match="by: expected a swept parameter: slenderness"):
+    with pytest.raises(InputError, match="parameter: slenderness, flow_strain, got"):
         cut(data, "energy_largest", by="mu_bar")
 
 
