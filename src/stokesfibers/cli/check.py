@@ -112,8 +112,8 @@ def _group_rows(case: Case) -> Iterator[Row]:
 
 def _fiber_rows(case: Case, fiber: Fiber) -> Iterator[Row]:
     from stokesfibers.flow.base import to_dict as flow_to_dict
-    from stokesfibers.flow.period import period_of
-    from stokesfibers.problem.groups import groups, strain_of_half_a_cycle, weight
+    from stokesfibers.flow.period import period_of, strain_of_half_a_cycle
+    from stokesfibers.problem.groups import groups, weight
 
     found, pull = groups(case.problem, fiber, case.until), weight(case.problem, fiber)
     yield "eps", number(found.eps), "radius at mid-length / length"
@@ -125,11 +125,12 @@ def _fiber_rows(case: Case, fiber: Fiber) -> Iterator[Row]:
     if case.problem.flow.rate_scale() == 0.0:
         return
     rate = "8 pi mu rate L^4 / E, effective viscosity"
-    if period_of(flow_to_dict(case.problem.flow)) is not None:
+    flow = flow_to_dict(case.problem.flow)
+    if period_of(flow) is not None:
         rate += "; rate is the amplitude"
     yield "mu_bar", number(found.mu_bar), rate
     yield "eta", number(found.eta), "mu_bar / |c|"
-    if (strain := strain_of_half_a_cycle(case.problem)) is not None:
+    if (strain := strain_of_half_a_cycle(flow)) is not None:
         yield "strain", number(strain), "amplitude / (pi frequency), of half a cycle"
     share = f"{found.compression:.3g}"
     if found.compression > 1.0:

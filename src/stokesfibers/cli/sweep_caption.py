@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,59 +20,71 @@ _SAID_BY_NONE = {
 """Values of which a caption does not speak."""
 _MEANT = {
     "fiber.slenderness": "radius / length",
-    "fluid.mu_bar": "8 pi mu rate L^4 / E",
     "flow.frequency": "cycles per time",
     "initial.angle": "radians to the x-axis",
 }
 """What a reader of a caption asks of a value."""
 _SMALL = 0.01
 _NUMERICS = ("allow_small_m", "newton_passes")
+_FIXED = ("", "kind", "mobility", "regularization")  # keys whose texts are words, not names
 _BARE = ("model", "stepping")  # tables whose keys say by themselves what they are
 _TABLES = ("fiber", "fluid", "flow", "domain", "load", "initial", "model", "stepping", "stop")
 
 
-def _meaning(path: str, value: Any, parts: dict[str, list[str]]) -> str:
-    """Return what a value means where its name does not say it; empty elsewhere."""
+def _meaning(path: str, value: Any, parts: Mapping[str, Sequence[str]], rate: str) -> str:
+    """Return what a value means where its name does not say it; empty elsewhere.
+
+    `rate` is what the flow's rate of 1 is called, with a space behind it; empty if it is not 1.
+    """
     if path == "initial.amplitude" and parts.get("initial", [""])[0] == "nearly straight":
         return f"an arc of height up to {abs(value) / 256.0:.2g} L"
     if path == "flow.kind" and value == "oscillatory_shear":
         return "rate amplitude x sin(2 pi frequency t)"
+    if path == "fluid.mu_bar":
+        return f"8 pi mu {rate}L^4 / E"
     return _MEANT.get(path, "")
 
 
-def spread_doubt(plan: Plan, spread: float) -> Iterator[str]:
+def spread_doubt(plan: Plan, cases: Iterable[int], spread: float) -> Iterator[str]:
     """Yield a doubt if values differ by a `spread`, over the largest, that `rtol` allows as error.
 
+    `cases` are the numbers of those drawn; if they differ in `rtol`, its errors are what is shown.
     What differs by less than a part in a million is told as the same elsewhere.
     """
     from stokesfibers.plot.sweep_notes import ALIKE
 
     if not ALIKE < spread < _SMALL:
         return
-    tables = (_physics(plan, case).get("stepping", {}) for case in plan.cases)
-    rtol = max((float(held["rtol"]) for held in tables if "rtol" in held), default=0.0)
-    if spread <= rtol:
+    tables = [_physics(plan, plan.cases[k]).get("stepping", {}) for k in cases]
+    tolerances = {held.get("rtol") for held in tables}
+    rtol = tolerances.pop() if len(tolerances) == 1 else None
+    if rtol is not None and spread <= rtol:
         differ = f"these values differ by {spread:.1g} of them"
         yield f"{differ}, and rtol = {rtol:g} allows errors as large"
 
 
 def caption(plan: Plan) -> str:
     """Return what all cases share, defaults too: ``flow shear, rate 1; rtol 0.0001``."""
+    from stokesfibers.study.sweep_derived import natural_units
+
     parts: dict[str, list[str]] = {}
+    unit = natural_units([case.tables for case in plan.cases]).get("unit_of_time", "")
+    rate = f"{unit.removeprefix('1/')} " if unit else ""
     for path, value in _shared([_physics(plan, case) for case in plan.cases]):
         if path.rpartition(".")[2] in _NUMERICS or _SAID_BY_NONE.get(path) == value:
             continue
         table, _, key = path.partition(".")
         if table in _BARE:
             table, _, key = key.partition(".")
-        told = plain(value).replace("_", " ") if isinstance(value, str) else plain(value)
-        meant = _meaning(path, value, parts)
+        word = isinstance(value, str) and key in _FIXED
+        told = plain(value).replace("_", " ") if word else plain(value)
+        meant = _meaning(path, value, parts, rate)
         told = told if key in ("", "kind") else f"{key} {told}"
         parts.setdefault(table, []).append(told + (f" ({meant})" if meant else ""))
     said = [f"{table} {', '.join(values)}" for table, values in parts.items()]
-    cycles = {case.tables.get("stepping", {}).get("cycles") for case in plan.cases} - {None}
-    if len(cycles) == 1 and "until" not in parts:
-        said.append(f"{cycles.pop()} cycles")
+    cycles = {case.tables.get("stepping", {}).get("cycles") for case in plan.cases}
+    if len(cycles) == 1 and "until" not in parts and (count := cycles.pop()) is not None:
+        said.append(f"{count} cycles")
     if plan.collect.after:
         said.append(f"values from t = {number(plan.collect.after)} on")
     return "; ".join(said)

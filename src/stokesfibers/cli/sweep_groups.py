@@ -31,7 +31,9 @@ def say_groups(plan: Plan, *, allow_python: bool) -> None:
 
 
 def _groups(plan: Plan, *, allow_python: bool) -> Iterator[tuple[str, float]]:
-    from stokesfibers.problem.groups import groups, strain_of_half_a_cycle, weight
+    from stokesfibers.flow.base import to_dict
+    from stokesfibers.flow.period import strain_of_half_a_cycle
+    from stokesfibers.problem.groups import groups, weight
     from stokesfibers.study.sweep_plan import load_case
 
     for case in plan.cases:
@@ -44,7 +46,7 @@ def _groups(plan: Plan, *, allow_python: bool) -> Iterator[tuple[str, float]]:
                 one = groups(held.problem, fiber, held.until)
                 yield "mu_bar", one.mu_bar
                 yield "eta", one.eta
-                strain = strain_of_half_a_cycle(held.problem)
+                strain = strain_of_half_a_cycle(to_dict(held.problem.flow))
                 if strain is not None:
                     yield "strain", strain
                 yield "buckling", one.compression

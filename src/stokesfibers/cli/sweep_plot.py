@@ -81,19 +81,20 @@ def plot_sweep(
     from stokesfibers.plot.style import checked_path
     from stokesfibers.plot.sweep_data import cut
     from stokesfibers.plot.sweep_notes import spread
-    from stokesfibers.plot.sweep_select import chosen, drawable
+    from stokesfibers.plot.sweep_select import chosen, drawable, left_of
     from stokesfibers.study.sweep_folder import SweepFolder
 
     data = held_dataset(folder)
     _, *others = drawable(data) or [""]
     with named_as_typed(_TYPED):
-        variable, *_ = chosen(data, name, dict(map(stay_at, at)))
+        stays = dict(map(stay_at, at))
+        variable, *_ = chosen(data, name, stays)
         beside = folder.resolve().with_name(f"{folder.resolve().name}-{variable}.png")
         targets = tuple(dict.fromkeys(out)) or (beside,)
         with replacing(*targets), on(DARK if dark else LIGHT):
             for target in targets:
                 checked_path(target)
-            given: dict[str, Any] = {"x": x, "at": dict(map(stay_at, at)), "per": per, "by": by}
+            given: dict[str, Any] = {"x": x, "at": stays, "per": per, "by": by}
             texts: dict[str, Any] = {"label": label, "xlabel": xlabel, "legend": legend}
             drawn = sweep(data, variable, log="" if log == "none" else log, **given, **texts)
             if legend and not any(ax.get_legend() for ax in drawn):
@@ -101,8 +102,9 @@ def plot_sweep(
             for target in targets:
                 click.echo(save(drawn, target, dpi))
         shown = cut(data, variable, **given)
+        cases = left_of(data, stays)
     plan = SweepFolder(folder).plan()
-    for note in (*shown.notes, *spread_doubt(plan, spread(shown.values))):
+    for note in (*shown.notes, *spread_doubt(plan, cases, spread(shown.values))):
         warn(f"{note}.")
     if name is None and others:
         click.echo(f"It shows {variable}; there are also: {', '.join(others)}.", err=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from math import ceil, log10
+from math import ceil, isfinite, log10
 
 import click
 
@@ -89,10 +89,11 @@ def pairs(table: Mapping[str, object]) -> str:
 def span(values: Sequence[float]) -> str:
     """Return the least and the largest value, in digits that tell by how much they differ."""
     low, high = min(values), max(values)
-    size = max(abs(low), abs(high))
     if low == high:
         return number(low)
-    digits = min(max(_DIGITS, ceil(-log10((high - low) / size)) + 2), _MOST_DIGITS)
+    apart = (high - low) / max(abs(low), abs(high))
+    wanted = ceil(-log10(apart)) + 2 if isfinite(apart) else _DIGITS
+    digits = min(max(_DIGITS, wanted), _MOST_DIGITS)
     written = [f"{float(f'{v:.{digits}g}'):.{_MOST_DIGITS}g}" for v in (low, high)]
     return " to ".join(dict.fromkeys(written))
 

@@ -1,8 +1,9 @@
-"""The period of a flow that oscillates, from its plain values: averages count whole periods."""
+"""Period and strain of a flow that oscillates, from its plain values: averages count periods."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import pi
 from typing import Any
 
 from stokesfibers.flow.shear import OscillatoryShear
@@ -23,3 +24,19 @@ def period_of(flow: Mapping[str, Any]) -> float | None:
     if flow.get("kind") == SumOfFlows.kind:
         return max(filter(None, map(period_of, flow["flows"])), default=None)
     return None
+
+
+def strain_of_half_a_cycle(flow: Mapping[str, Any]) -> float | None:
+    """Return the strain by which an oscillating shear moves to and fro; None of another flow.
+
+    It is |amplitude| / (pi frequency), the integral of the rate over half a period.
+
+    Parameters
+    ----------
+    flow
+        The flow as for `period_of`, or as a case file has it.
+    """
+    if flow.get("kind") != OscillatoryShear.kind:
+        return None
+    amplitude = flow.get("amplitude", OscillatoryShear.amplitude)
+    return abs(float(amplitude)) / (pi * float(flow["frequency"]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -38,6 +39,8 @@ class Along:
     ----------
     name
         Its dimension in the dataset.
+    parameter
+        Name of the coordinate along it, or of several with commas.
     values
         The values along it, numbers or texts.
     symbol
@@ -49,6 +52,7 @@ class Along:
     """
 
     name: str
+    parameter: str
     values: tuple[Any, ...]
     symbol: str
     label: str
@@ -80,6 +84,11 @@ class Along:
     def said(self, k: int) -> str:
         """Return ``symbol = value [unit]`` of the value of number `k`."""
         return f"{self.symbol} = {self.texts[k]}{self.unit}"
+
+    def plainly(self, k: int) -> str:
+        """Return ``name = value`` of the value of number `k`, as a command line takes it."""
+        value = self.texts[k] if self.numbers is None else f"{self.values[k]:.6g}"
+        return f"{self.parameter} = {value}"
 
 
 def plain(values: Iterable[float]) -> bool:
@@ -131,21 +140,37 @@ def power_text(value: float, digits: int) -> str:
     return f"${factor}10^{{{int(power)}}}$"
 
 
+def labels_along(data: xr.Dataset, dim: str, name: str | None = None) -> list[xr.DataArray]:
+    """Return the coordinates that run along `dim`, in the order of the sweep's file.
+
+    Of those that follow from others, such as ``flow_strain``, only the one that is named.
+    """
+    place = {one: k for k, one in enumerate(json.loads(data.attrs.get("parameters", "[]")))}
+    there = [
+        c
+        for c in data.coords.values()
+        if c.dims == (dim,) and ("derived" not in c.attrs or c.name == name)
+    ]
+    return sorted(there, key=lambda c: place.get(c.name, len(place)))
+
+
 def along(data: xr.Dataset, dim: str, name: str | None = None) -> Along:
     """Return a direction of the figure; its coordinate may have another name than `dim`.
 
     Where several run along it, `name` is taken, or one that tells all cases apart, or all as texts.
     """
-    labels = [c for c in data.coords.values() if c.dims == (dim,)]
+    labels = labels_along(data, dim, name)
     apart = [c for c in labels if len(np.unique(c)) == c.size]
     apart.sort(key=lambda c: not np.issubdtype(c.dtype, np.number))
     named = [c for c in labels if c.name == (name or dim)]
     if len(labels) > 1 and not (named or apart):
         return _together(data, dim, [str(c.name) for c in labels])
     held = (named or apart or labels or [data[dim]])[0]
-    symbol = f"${held.attrs['symbol']}$" if held.attrs.get("symbol") else str(held.name)
-    unit = select.unit_text(_variable(held, str(held.name)))
-    return Along(dim, tuple(held.to_numpy().tolist()), symbol, label_of(held, str(held.name)), unit)
+    called = str(held.name)
+    symbol = f"${held.attrs['symbol']}$" if held.attrs.get("symbol") else called
+    unit = select.unit_text(_variable(held, called))
+    values = tuple(held.to_numpy().tolist())
+    return Along(dim, called, values, symbol, label_of(held, called), unit)
 
 
 def _together(data: xr.Dataset, dim: str, names: list[str]) -> Along:
@@ -153,7 +178,8 @@ def _together(data: xr.Dataset, dim: str, names: list[str]) -> Along:
     each = [along(data, dim, name) for name in names]
     texts = tuple(map(", ".join, zip(*(one.texts for one in each), strict=True)))
     symbol = ", ".join(one.symbol for one in each)
-    return Along(dim, texts, symbol, ", ".join(f"{one.symbol}{one.unit}" for one in each))
+    label = ", ".join(f"{one.symbol}{one.unit}" for one in each)
+    return Along(dim, ", ".join(names), texts, symbol, label)
 
 
 def label_of(held: xr.DataArray, name: str) -> str:

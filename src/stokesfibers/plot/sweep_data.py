@@ -13,7 +13,13 @@ from stokesfibers.core.errors import InputError
 from stokesfibers.plot import sweep_notes as notes
 from stokesfibers.plot.sweep_along import Along, Floats, along, label_of
 from stokesfibers.plot.sweep_select import SERIES, chosen, dimension, divisor, stay
-from stokesfibers.plot.sweep_units import in_natural_units, natural_scales, naturally, quotient
+from stokesfibers.plot.sweep_units import (
+    bracketed,
+    in_natural_units,
+    natural_scales,
+    naturally,
+    quotient,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -91,7 +97,7 @@ def cut(
     values, doubtful = _grid(found, found, order), _grid(taken.doubt, found, order).astype(bool)
     if not np.isfinite(values).any():
         raise InputError("name", "a variable with a known value", f"{name}, of which none is known")
-    named = None if by is None else dimension(data, by, [d for d in order[:2] if d], "by")
+    named = None if by is None else _named(data, by, order)
     panels, lines = (
         None if dim is None else along(data, dim, by if dim == named else None) for dim in order[:2]
     )
@@ -99,7 +105,7 @@ def cut(
     said = [*notes.at_an_end(data, name)]
     plain = time is None and along(data, axis, along_x).numbers is not None
     if share is not None and plain:
-        said += notes.jumps(share, there, values, along_x or axis)
+        said += notes.jumps(share, there, values, (along(data, axis, along_x), lines, panels))
     said += [*notes.alike_ones(values, name), *notes.doubtful_ones(values, doubtful, bool(series))]
     return Cut(
         label=label_of(found, name),
@@ -114,6 +120,17 @@ def cut(
         held=(*parts, *held),
         notes=tuple(said),
     )
+
+
+def _named(data: xr.Dataset, by: str, order: tuple[str | None, str | None, str]) -> str:
+    """Return the dimension of the lines or panels that are named by a coordinate."""
+    left = [d for d in order[:2] if d]
+    if by in data.coords and data[by].dims == (order[2],):
+        told = f"{by!r}, which runs along the axis"
+        raise InputError("by", "a coordinate of lines or panels", told, f"Take x = '{by}'.")
+    if not left:
+        raise InputError("by", "a figure with several lines or panels", "one with one line")
+    return dimension(data, by, left, "by")
 
 
 def _share_of_run(
@@ -163,7 +180,7 @@ class _Taken:
 
 def _taken(data: xr.Dataset, name: str, over: xr.DataArray | None) -> _Taken:
     """Return the variable, the mean over fibers if there are, over the divisor if there is one."""
-    found, doubt = data[name], (data["doubt"] != "") & (data["status"] == "done")
+    found, doubt = data[name].copy(deep=False), (data["doubt"] != "") & (data["status"] == "done")
     error = data.get(f"{name}_error") if name.endswith("_mean") else None
     settled = data.get(f"{name}_settled")
     if settled is not None:
@@ -173,7 +190,7 @@ def _taken(data: xr.Dataset, name: str, over: xr.DataArray | None) -> _Taken:
         attrs = dict(found.attrs)
         below = over.attrs.get("symbol", rf"\mathrm{{{over.name}}}".replace("_", " "))
         if attrs.get("symbol"):
-            attrs["symbol"] = f"{attrs['symbol']} / {below}"
+            attrs["symbol"] = f"{bracketed(attrs['symbol'])} / {below}"
         else:
             attrs["long_name"] = f"{attrs.get('long_name', name)} / {over.name}"
         if "units" in attrs:
@@ -184,7 +201,9 @@ def _taken(data: xr.Dataset, name: str, over: xr.DataArray | None) -> _Taken:
 
 
 def _time_axis(time: xr.DataArray) -> Along:
-    return Along(str(time.dims[-1]), tuple(time.to_numpy().ravel()), "$t$", label_of(time, "time"))
+    return Along(
+        str(time.dims[-1]), "time", tuple(time.to_numpy().ravel()), "$t$", label_of(time, "time")
+    )
 
 
 def _places(data: xr.Dataset, dim: str, name: str | None) -> xr.DataArray:

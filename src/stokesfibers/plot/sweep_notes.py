@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import xarray as xr
 
+    from stokesfibers.plot.sweep_along import Along
+
 Floats = NDArray[np.float64]
 ALIKE = 1e-6  # relative; less is noise at any tolerance of a run
 _AT_END = 1e-9  # relative
@@ -44,31 +46,37 @@ def at_an_end(data: xr.Dataset, name: str) -> Iterator[str]:
             yield f"{count} of {int(known.sum())} values are those of the {what} time"
 
 
-def jumps(share: Floats, places: Floats, values: Floats, name: str) -> Iterator[str]:
+def jumps(
+    share: Floats, places: Floats, values: Floats, named: tuple[Along, Along | None, Along | None]
+) -> Iterator[str]:
     """Say where along a line the time of an extremum jumps: another bend is the largest there.
 
     Parameters
     ----------
-    share : (..., x)
+    share : (panel, line, x)
         Times of the extrema over those of the runs.
-    places : (..., x)
+    places : (panel, line, x)
         Values of the parameter along the axis.
-    values : (..., x)
+    values : (panel, line, x)
         The extrema; where they hardly change, nothing is said.
-    name
-        Its name.
+    named
+        The horizontal axis, the lines and the panels.
     """
-    inside = np.where((share > 0.0) & (share < 1.0 - _AT_END), share, np.nan)
+    known = (share > 0.0) & (share < 1.0 - _AT_END) & np.isfinite(places)
+    inside = np.where(known, share, np.nan)
     order = np.argsort(places, axis=-1)
     times, taken = (np.take_along_axis(one, order, axis=-1) for one in (inside, values))
     far = np.abs(np.diff(times, axis=-1)) > _JUMP
     far &= np.abs(np.diff(taken, axis=-1)) > _SEEN * np.ptp(values[np.isfinite(values)])
     if not far.any():
         return
-    *line, k = map(int, np.argwhere(far)[0])
-    ends = np.take_along_axis(places, order, axis=-1)[*line, k : k + 2]
+    panel, line, k = map(int, np.argwhere(far)[0])
+    ends = np.take_along_axis(places, order, axis=-1)[panel, line, k : k + 2]
     count = int(far.any(axis=-1).sum())
-    where = f"{name} = {ends[0]:.4g} and {ends[1]:.4g}"
+    axis, *others = named
+    where = f"{axis.parameter} = {ends[0]:.4g} and {ends[1]:.4g}"
+    at = [one.plainly(j) for one, j in zip(others, (line, panel), strict=True) if one is not None]
+    where += f" ({', '.join(at)})" if at else ""
     lines = "" if count == 1 else f", and in {count - 1} other line{'s' * (count > 2)}"
     yield f"between {where} another moment of the run gives the value{lines}; a kink may be that"
 

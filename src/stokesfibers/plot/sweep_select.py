@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.tables import did_you_mean
-from stokesfibers.plot.sweep_along import Along, along, kind_of
+from stokesfibers.plot.sweep_along import Along, along, kind_of, labels_along
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -168,9 +168,19 @@ def stay(
     return data, tuple(held)
 
 
+def left_of(data: xr.Dataset, at: Mapping[str, Any]) -> list[int]:
+    """Return the numbers of the cases, from 0 in the order of the grid, that `at` leaves."""
+    status = data["status"]
+    swept = [str(d) for d in status.dims]
+    numbers = np.arange(status.size).reshape(status.shape)
+    wanted = {name: value for name, value in at.items() if name not in data.dims or name in swept}
+    left, _ = stay(data.assign(case=(swept, numbers)), swept, wanted)
+    return left["case"].to_numpy().ravel().tolist()
+
+
 def _direction(data: xr.Dataset, dim: str, name: str) -> Along:
     """Return the values along a dimension by the name of one of its coordinates."""
-    names = [str(c.name) for c in data.coords.values() if c.dims == (dim,)]
+    names = [str(c.name) for c in labels_along(data, dim, name)]
     if name not in names and len(names) > 1:
         raise InputError("at", f"one of {', '.join(names)}", repr(name))
     return along(data, dim, name)

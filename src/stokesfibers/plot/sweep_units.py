@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _BASE = ("force", "length", "time")
+_GROUPS = re.compile(r"\{[^{}]*\}|\([^()]*\)|\[[^\[\]]*\]|\|[^|]*\|")
 
 
 def in_natural_units(data: xr.Dataset) -> xr.Dataset:
@@ -50,6 +52,7 @@ def naturally(attrs: Mapping[str, str], scales: Mapping[str, str]) -> dict[str, 
     below = [(scales[one], -power) for one, power in ours.items() if power < 0]
     if attrs.get("symbol") and not powers:
         top, _, bottom = attrs["symbol"].partition(" / ")
+        top = bracketed(top)
         over = [*filter(None, [bottom]), *map(_raised, above)]
         # as it is usually written: the rate before the time, E and L behind what they scale
         before = [_raised(one) for one in below if one[0] == scales.get("rate")]
@@ -58,6 +61,14 @@ def naturally(attrs: Mapping[str, str], scales: Mapping[str, str]) -> dict[str, 
     ratio = _fraction(list(map(_raised, above)), list(map(_raised, below)))
     ours_written = [f"${ratio}$"] if above or below else []
     return found | {"units": " ".join([*ours_written, *_factors(powers.items())])}
+
+
+def bracketed(symbol: str) -> str:
+    """Return a symbol as a factor: a sum or difference in brackets, if it is in none yet."""
+    bare, count = symbol, 1
+    while count:
+        bare, count = _GROUPS.subn("", bare)
+    return f"({symbol})" if re.search(r"[+-]", bare) else symbol
 
 
 def _raised(factor: tuple[str, int]) -> str:

@@ -27,14 +27,15 @@ def number_axes(axes: NDArray[Any], *, plain_x: bool) -> None:
     plain_x
         Whether a linear horizontal axis is of numbers, which are then written out.
     """
-    from matplotlib.ticker import FuncFormatter, MaxNLocator
+    from matplotlib.ticker import FuncFormatter, MaxNLocator, ScalarFormatter
 
     for ax in axes:
         if plain_x and ax.get_xscale() == "linear":
             ax.xaxis.set_major_locator(MaxNLocator(_MOST - 1))
             ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: select.number_text(value)))
-        if ax.get_yscale() == "linear":
-            ax.ticklabel_format(axis="y", useOffset=False)
+        written = ax.yaxis.get_major_formatter()
+        if isinstance(written, ScalarFormatter):  # not one that the caller chose
+            written.set_useOffset(False)
         for axis in (ax.xaxis, ax.yaxis):
             if axis.get_scale() == "log":
                 _number_log(axis)

@@ -15,7 +15,7 @@ import numpy as np
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.fiber.parameters import Fiber
-from stokesfibers.flow import AbstractFlow, OscillatoryShear
+from stokesfibers.flow import AbstractFlow
 from stokesfibers.load import Gravity
 from stokesfibers.problem.problem import Problem
 from stokesfibers.slender.mobility import slenderness_constant
@@ -112,17 +112,6 @@ def weight(problem: Problem, fiber: Fiber) -> float | None:
         return None
     pull = hypot(*problem.load.force)
     return pull * float(fiber.length) ** 3 / float(fiber.rigidity)
-
-
-def strain_of_half_a_cycle(problem: Problem) -> float | None:
-    """Return the strain by which an oscillating shear moves to and fro, rate / (pi frequency).
-
-    None of another flow.
-    """
-    flow = problem.flow
-    if not isinstance(flow, OscillatoryShear):
-        return None
-    return abs(flow.amplitude) / (pi * flow.frequency)
 
 
 def compressive_rate(flow: AbstractFlow, until: float) -> float:

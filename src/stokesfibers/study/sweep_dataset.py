@@ -67,7 +67,9 @@ def dataset(
     attributes = _attributes(plan, states) | {
         "doubtful": sum(d != "" and s.code == "done" for d, s in zip(doubts, states, strict=True))
     }
-    coordinates = _coordinates(plan.axes) | strains([c.tables for c in plan.cases], dims, shape)
+    coordinates = _coordinates(plan.axes)
+    attributes["parameters"] = json.dumps(list(coordinates))  # stores do not keep their order
+    coordinates |= strains([case.tables for case in plan.cases], dims, shape)
     data = xr.Dataset(held, coords=coordinates, attrs=attributes)
     for name, meaning in _WHAT.items():
         data[name].attrs["long_name"] = meaning

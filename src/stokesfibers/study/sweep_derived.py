@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import pi
 from typing import Any
 
 import numpy as np
 
 from stokesfibers.core.variables import NATURAL_UNITS
+from stokesfibers.flow import FLOWS, Extension, OscillatoryShear, PlanarExtension, Shear
+from stokesfibers.flow.period import strain_of_half_a_cycle
 
 _RATES = {
-    "shear": "rate",
-    "oscillatory_shear": "amplitude",
-    "extension": "rate",
-    "planar_extension": "rate",
+    Shear.kind: "rate",
+    OscillatoryShear.kind: "amplitude",
+    Extension.kind: "rate",
+    PlanarExtension.kind: "rate",
 }
 _STRAIN = {
     "long_name": "strain of half a cycle",
     "units": "1",
     "symbol": r"\gamma",
+    "derived": "amplitude / (pi frequency)",
 }
+"""A coordinate with the attribute ``derived`` is drawn along only where it is named."""
 
 
 def natural_units(held: Sequence[Mapping[str, Any]]) -> dict[str, str]:
@@ -42,8 +45,12 @@ def _is_natural(tables: Mapping[str, Any]) -> bool:
 
 def _unit_of_time(flow: Mapping[str, Any]) -> str | None:
     """Return one of `NATURAL_RATES` if a flow has a rate and that is 1 or -1."""
-    name = _RATES.get(flow.get("kind", ""))
-    if name is None or abs(rate := flow.get(name, 1.0)) != 1.0:
+    kind = flow.get("kind", "")
+    if kind not in _RATES:
+        return None
+    name = _RATES[kind]
+    rate = flow.get(name, getattr(FLOWS[kind], name))
+    if abs(rate) != 1.0:
         return None
     return f"1/{name}" if rate > 0.0 else f"1/|{name}|"
 
@@ -66,11 +73,10 @@ def strains(
         The coordinate by its name; empty if a case has another flow, or if the strain does not
         follow from the place along a single dimension.
     """
-    flows = [tables.get("flow", {}) for tables in held]
-    if any(flow.get("kind") != "oscillatory_shear" for flow in flows):
+    found = [strain_of_half_a_cycle(tables.get("flow", {})) for tables in held]
+    if None in found:
         return {}
-    found = [abs(flow.get("amplitude", 1.0)) / (pi * flow["frequency"]) for flow in flows]
-    grid = np.array(found).reshape(shape)
+    grid = np.array(found, dtype=np.float64).reshape(shape)
     for k, dim in enumerate(dims):
         along = np.moveaxis(grid, k, 0).reshape(shape[k], -1)
         if np.ptp(along, axis=1).max() == 0.0 and np.ptp(along) > 0.0:

@@ -141,6 +141,13 @@ def test_values_that_differ_by_less_than_the_tolerance_are_doubted(file, invoke)
     assert low != high  # enough digits to tell by how much
     said = invoke("sweep", "plot", "twofold").stderr
     assert "of them, and rtol = 0.001 allows errors as large" in said
+    # how values differ with the tolerance is what such a sweep shows
+    both = "[1e3, 1.0001e3]\nstepping.rtol = [1e-3, 1e-6]"
+    file.write_text(SWEEP.replace("[1e3, 1e4]", both))
+    assert invoke("sweep", file, "--workers", 1).exit_code == 0
+    assert "allows errors" not in invoke("sweep", "plot", "twofold").stderr
+    assert "allows errors" in invoke("sweep", "plot", "twofold", "--at", "rtol=1e-3").stderr
+    assert "allows errors" not in invoke("sweep", "plot", "twofold", "--at", "rtol=1e-6").stderr
     file.write_text(SWEEP)
     assert invoke("sweep", file, "--workers", 1).exit_code == 0
     assert "allows errors" not in invoke("sweep", "plot", "twofold").stderr
@@ -156,6 +163,8 @@ def test_values_that_differ_by_less_than_the_tolerance_are_doubted(file, invoke)
         ([0.0, 0.0], "0"),
         ([-1.0, 2e-9], "-1 to 2e-09"),
         ([1.2345e-5, 1.2346e-5], "1.2345e-05 to 1.2346e-05"),
+        ([1.0, float("inf")], "1 to inf"),
+        ([1e308, -1e308], "-1e+308 to 1e+308"),
     ],
 )
 def test_ranges_have_digits_that_tell_their_ends_apart(values, said):
@@ -377,6 +386,48 @@ def test_what_all_cases_have_alike_is_said_for_the_caption(file, invoke):
         "mobility nonlocal; "
         "regularization spheroidal, m 2; rtol 0.001; until 0.5."
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("flow.rate = 5.0", "mu_bar 1000 (8 pi mu L^4 / E)"),
+        ("flow.rate = -1.0", "mu_bar 1000 (8 pi mu |rate| L^4 / E)"),
+        ('flow = {kind = "oscillatory_shear", frequency = 1}', "(8 pi mu amplitude L^4 / E)"),
+    ],
+)
+def test_what_mu_bar_means_is_said_with_the_rate_only_where_that_is_one(file, invoke, text, told):
+    shear = 'flow.kind = "shear"'
+    text = text if "{" in text else f"{shear}\n{text}"
+    grid = SWEEP.replace("fluid.mu_bar = [1e3, 1e4]", "initial.angle = [1.0, 2.0]")
+    file.write_text(grid.replace(shear, f"fluid.mu_bar = 1e3\n{text}"))
+    assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
+    assert told in invoke("sweep", "plot", "twofold").stderr
+
+
+def test_cycles_that_not_all_cases_have_are_not_said(file, invoke):
+    text = SWEEP.replace('kind = "shear"', 'kind = "oscillatory_shear"\nflow.frequency = 2.0')
+    text = text.replace(", until = 0.5", "").partition("[grid]")[0]
+    collect = '[collect]\nfinal = ["elastic_energy"]\n'
+    ends = ("stepping.cycles = 1", "stepping.until = 0.7")
+    cases = "".join(f'[[cases]]\nname = "{k}"\n{end}\n' for k, end in enumerate(ends))
+    file.write_text(f"{text}{cases}{collect}".replace("[case]\n", "[case]\nfluid.mu_bar = 1e3\n"))
+    result = invoke("sweep", file, "--workers", 1, "--quiet")
+    assert result.exit_code == 0, result.output
+    said = invoke("sweep", "plot", "twofold").stderr.partition("In all cases: ")[2]
+    assert "frequency 2" in said
+    assert "cycles" not in said.replace("cycles per time", "")
+
+
+def test_names_of_files_are_said_as_they_are(file, invoke):
+    Path("my_flow.py").write_text("def my_velocity(x, t):\n    return 0.0 * x\n")
+    user = 'flow = {kind = "python", file = "my_flow.py", velocity = "my_velocity"}'
+    file.write_text(SWEEP.replace('flow.kind = "shear"', user))
+    result = invoke("sweep", file, "--workers", 1, "--quiet", "--allow-python")
+    assert result.exit_code == 0, result.output
+    said = invoke("sweep", "plot", "twofold").stderr.partition("In all cases: ")[2]
+    assert "my_flow.py" in said
+    assert "velocity my_velocity" in said
 
 
 def test_lists_that_differ_share_what_is_alike_in_them(file, invoke):

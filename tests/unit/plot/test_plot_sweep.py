@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.ticker import FuncFormatter
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.variables import NATURAL_UNITS
@@ -15,7 +16,7 @@ from stokesfibers.plot.style import new_panels, time_colours
 from stokesfibers.plot.sweep_along import Along, along, label_of
 from stokesfibers.plot.sweep_data import cut
 from stokesfibers.plot.sweep_select import drawable, stay
-from stokesfibers.plot.sweep_units import in_natural_units, quotient
+from stokesfibers.plot.sweep_units import bracketed, in_natural_units, quotient
 from stokesfibers.plot.ticks import log_ticks
 from support import assert_close
 
@@ -365,7 +366,7 @@ def test_what_stays_is_named_and_what_divides_is_in_the_label():
     ],
 )
 def test_values_are_written_as_short_as_tells_them_apart(values, is_log, texts):
-    found = Along("a", values, "a", "a")
+    found = Along("a", "a", values, "a", "a")
     assert found.is_log is is_log
     assert found.texts == texts
 
@@ -467,7 +468,17 @@ def test_where_another_moment_gives_the_value_is_said():
     moved = [[1.0, 2.0], [1.2, 2.0], [9.0, 2.5], [9.1, 3.0]]
     data["energy_largest_time"] = (("mu_bar", "slenderness"), moved)
     (note,) = [n for n in cut(data, "energy_largest").notes if "moment" in n]
-    assert note.startswith("between mu_bar = 1e+04 and 1e+05 another moment of the run gives")
+    told = "between mu_bar = 1e+04 and 1e+05 (slenderness = 0.01) another moment of the run gives"
+    assert note.startswith(told)
+    # where a place along the axis is not known, nothing is drawn
+    gap = data.assign_coords(pace=("mu_bar", [1.0, 2.0, np.nan, 4.0]))
+    (other,) = [n for n in cut(gap, "energy_largest", x="pace").notes if "moment" in n]
+    assert other.startswith("between pace = 2 and 4")
+    last = gap.assign_coords(pace=("mu_bar", [1.0, 2.0, np.nan, np.nan]))
+    assert not [n for n in cut(last, "energy_largest", x="pace").notes if "moment" in n]
+    named = data.assign_coords(pace=("mu_bar", [1.0, 2.0, 3.0, 4.0]))
+    (other,) = [n for n in cut(named, "energy_largest", x="pace").notes if "moment" in n]
+    assert other.startswith("between pace = 2 and 3")
     assert "other line" not in note
     # backwards, and not sorted, it is the same place
     turned = data.isel(mu_bar=[3, 1, 0, 2])
@@ -755,7 +766,80 @@ def test_lines_are_named_by_a_coordinate_beside_their_own():
     assert (ax.get_ylabel(), ax.get_xlabel(), title) == ("up", "along", "so")
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["3", "5"]
     with pytest.raises(InputError, match="parameter: slenderness, flow_strain, got"):
+        cut(data, "energy_largest", by="other")
+    with pytest.raises(InputError, match=r"by: expected a coordinate of lines .*Take x = 'mu_bar'"):
         cut(data, "energy_largest", by="mu_bar")
+    with pytest.raises(InputError, match="by: expected a figure with several lines"):
+        cut(data.isel(slenderness=0), "energy_largest", by="flow_strain")
+
+
+def oscillating() -> xr.Dataset:
+    """Lists walked together, by the name ``pace``; coordinates in the order of a store."""
+    data = walked_together().rename_dims(ab="pace").drop_vars(["a", "b"])
+    strain = {"symbol": r"\gamma", "derived": "amplitude / (pi frequency)"}
+    return data.assign_coords(
+        flow_strain=("pace", [4.0, 3.0, 2.0, 1.0], strain),
+        frequency=("pace", [1.0, 2.0, 3.0, 4.0]),
+        until=("pace", [8.0, 7.0, 6.0, 5.0]),
+    )
+
+
+def test_what_follows_from_parameters_is_drawn_along_only_where_it_is_named():
+    data = oscillating()
+    assert cut(data, "energy_largest").x.parameter == "frequency"
+    assert cut(data, "energy_largest", x="flow_strain").x.parameter == "flow_strain"
+    plain = data.drop_vars("until")
+    (held,) = cut(plain.expand_dims(b=[1.0, 2.0]), "stress_mean", at={"pace": 2.1}).held
+    assert held == "frequency = 2"
+    both = data.drop_vars("until").assign_coords(frequency=("pace", [1.0, 1.0, 2.0, 2.0]))
+    both = both.assign_coords(amplitude=("pace", [1.0, 2.0, 1.0, 2.0]))
+    assert along(both, "pace").parameter == "frequency, amplitude"
+
+
+def test_the_first_parameter_of_the_file_names_an_axis_whatever_the_order_of_the_store():
+    data = oscillating()
+    assert (
+        along(data.assign_attrs(parameters='["until", "frequency"]'), "pace").parameter == "until"
+    )
+    assert along(data, "pace").parameter == "frequency"
+
+
+@pytest.mark.parametrize(
+    ("symbol", "factor"),
+    [
+        ("N_1", "N_1"),
+        (r"\mathbf{x}(L)-\mathbf{x}(0)", r"(\mathbf{x}(L)-\mathbf{x}(0))"),
+        (r"\eta_r - 1", r"(\eta_r - 1)"),
+        (r"\langle x^{a+b} \rangle", r"\langle x^{a+b} \rangle"),
+        ("(a - b)", "(a - b)"),
+        ("|a - b|", "|a - b|"),
+        ("(a - b) + c", "((a - b) + c)"),
+    ],
+)
+def test_differences_are_bracketed_before_they_are_divided(symbol, factor):
+    assert bracketed(symbol) == factor
+    data = swept().isel(seed=0, drop=True).assign_attrs(NATURAL_UNITS)
+    said = {"symbol": symbol, "units": "length", "long_name": "this"}
+    data["stress_mean"] = data["stress_mean"].assign_attrs(said)
+    assert cut(data, "stress_mean").label == f"this ${factor} / L$"
+    assert cut(data, "stress_mean", per="mu_bar").label == rf"this ${factor} / (\bar\mu \, L)$"
+
+
+def test_a_dataset_that_is_drawn_stays_as_it_is():
+    data = swept().isel(seed=0, drop=True).assign_attrs(NATURAL_UNITS)
+    said = {"symbol": "N_1", "units": "force length", "long_name": "this"}
+    data["stress_mean"] = data["stress_mean"].assign_attrs(said)
+    before = data.copy(deep=True)
+    sweep(data, "stress_mean")
+    assert data.identical(before)
+
+
+def test_numbers_of_the_caller_s_axes_are_left_alone():
+    ax = new_panels(1, 1, width=3.0, height=2.0).ravel()[0]
+    written = FuncFormatter(lambda value, _: f"<{value}>")
+    ax.yaxis.set_major_formatter(written)
+    sweep(swept().isel(seed=0, slenderness=0, drop=True), "stress_mean", log="", ax=ax)
+    assert ax.yaxis.get_major_formatter() is written
 
 
 def test_lines_close_to_one_another_have_colours_far_apart():

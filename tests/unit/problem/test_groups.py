@@ -10,7 +10,7 @@ import stokesfibers as sf
 from stokesfibers.domain import Periodic
 from stokesfibers.load import Gravity
 from stokesfibers.problem.checks import crowded_cell
-from stokesfibers.problem.groups import crowding, strain_of_half_a_cycle, weight
+from stokesfibers.problem.groups import crowding, weight
 
 
 def _suspension(count: int, side: float, eps: float = 0.01) -> sf.Problem:
@@ -53,13 +53,3 @@ def test_weight_is_held_against_rigidity():
     falling = sf.Problem(fiber, viscosity=1.0, load=Gravity((0.0, -30.0, 40.0)))
     assert weight(falling, fiber) == pytest.approx(50.0 * 8.0 / 4.0)
     assert weight(sf.Problem(fiber, viscosity=1.0, flow=sf.Shear(1.0)), fiber) is None
-
-
-def test_an_oscillating_shear_moves_by_the_strain_of_half_a_cycle():
-    """Its strain is largest after half a cycle."""
-    flow = sf.OscillatoryShear(-3.0, frequency=0.25)
-    problem = sf.Problem(sf.Fiber(slenderness=1e-2), mu_bar=1e3, flow=flow)
-    found = strain_of_half_a_cycle(problem)
-    assert found == pytest.approx(3.0 / (pi * 0.25))
-    assert found == pytest.approx(abs(flow.strain(2.0)))
-    assert strain_of_half_a_cycle(sf.Problem(problem.fibers, mu_bar=1e3, flow=sf.Shear())) is None
