@@ -73,8 +73,9 @@ def _case_rows(case: Case) -> Iterator[Row]:
     yield "model", f"{model['mobility']}; regularization {pairs(model.get('regularization', {}))}"
     yield "initial", pairs(tables["initial"])
     if amplitude := tables["initial"].get("amplitude"):
-        share = case.initial.across if isinstance(case.initial, NearlyStraight) else 1.0
-        yield "", f"bent by {share * abs(amplitude) / 256.0:.2g} of the length"
+        shape = case.initial
+        bend = shape.bend if isinstance(shape, NearlyStraight) else abs(amplitude) / 256.0
+        yield "", f"bent by {bend:.2g} of the length"
     steps = {k: v for k, v in tables["stepping"].items() if k != "until"}
     tension = tables["constraint"] if case.problem.engine.kind == "paper" else {}
     engine = {**tables["discretization"], **steps, **tension}

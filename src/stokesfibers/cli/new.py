@@ -36,6 +36,8 @@ def new(*, name: str | None, out: Path | None) -> None:
     if made.kept is not None:
         click.echo(f"Kept {made.kept}, which differs from the shipped one.", err=True)
         click.echo("The sweep varies yours.", err=True)
+    if name.startswith("sweeps/"):
+        click.echo(f"Edit {made.written[0]}, which says all that a first figure needs.", err=True)
     command = "sweep" if name.startswith("sweeps/") else "run"
     click.echo(f"Next: stokesfibers {command} {made.written[0]}", err=True)
     click.echo("What it may say: stokesfibers keys", err=True)

@@ -16,12 +16,14 @@ _SAID_BY_NONE = {
     "domain.kind": "free",
     "load.kind": "none",
     "initial.centre": [0.0, 0.0, 0.0],
+    "initial.tilt": 0.0,
 }
 """Values of which a caption does not speak."""
 _MEANT = {
     "fiber.slenderness": "radius / length",
     "flow.frequency": "cycles per time",
     "initial.angle": "radians to the x-axis",
+    "initial.tilt": "radians out of the xy-plane",
 }
 """What a reader of a caption asks of a value."""
 _SMALL = 0.01

@@ -16,6 +16,7 @@ _MEANINGS = {
     "mu_bar": "8 pi mu rate L^4 / E, effective viscosity; rate is the largest",
     "eta": "mu_bar / |c|, c = log(eps^2 e)",
     "strain": "amplitude / (pi frequency), of half a cycle",
+    "bend": "height of the arc at the start / L; what it grows to depends on the time it has",
     "buckling": "times the threshold (local drag) of a fiber along the compression",
 }
 
@@ -31,6 +32,7 @@ def say_groups(plan: Plan, *, allow_python: bool) -> None:
 
 
 def _groups(plan: Plan, *, allow_python: bool) -> Iterator[tuple[str, float]]:
+    from stokesfibers.fiber.initial import NearlyStraight
     from stokesfibers.flow.base import to_dict
     from stokesfibers.flow.period import strain_of_half_a_cycle
     from stokesfibers.problem.groups import groups, weight
@@ -38,6 +40,8 @@ def _groups(plan: Plan, *, allow_python: bool) -> Iterator[tuple[str, float]]:
 
     for case in plan.cases:
         held = load_case(case, Path(plan.folder), allow_python=allow_python)
+        if isinstance(held.initial, NearlyStraight) and held.initial.amplitude:
+            yield "bend", held.initial.bend
         for fiber in held.problem.kinds:
             pull = weight(held.problem, fiber)
             if pull is not None:

@@ -110,6 +110,7 @@ class Case:
             observables_every=self.record.observables_interval,
             positions=nodal_positions(self.curves(), self.problem),
             angle=shape.angle if isinstance(shape, Straight | NearlyStraight) else 0.0,
+            tilt=shape.tilt if isinstance(shape, Straight | NearlyStraight) else 0.0,
             across=shape.across if isinstance(shape, NearlyStraight) else 1.0,
         )
 

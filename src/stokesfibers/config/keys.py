@@ -81,6 +81,7 @@ _ALL = (
     ("load.sha256", "", "", "checksum of the load's Python file"),
     ("initial.kind", "", "", "kind of initial shapes"),
     ("initial.angle", "rad", r"\theta_0", "initial angle to the x-axis"),
+    ("initial.tilt", "rad", r"\phi_0", "initial tilt"),
     ("initial.amplitude", "1", "d_y", "256 initial bend / L"),
     ("initial.centre", "length", "", "initial mid-point"),
     ("initial.seed", "1", "", "seed of the initial shapes"),

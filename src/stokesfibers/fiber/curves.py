@@ -76,21 +76,34 @@ def scaled(curve: Curve, fiber: Fiber) -> Curve:
     )
 
 
+def direction_at(angle: float, tilt: float) -> Array:
+    """Return the unit vector at `angle` to the x-axis in the xy-plane, tilted towards z; (3,)."""
+    angle, tilt = checks.finite("angle", angle), checks.finite("tilt", tilt)
+    level = np.cos(tilt)
+    return np.array([level * np.cos(angle), level * np.sin(angle), np.sin(tilt)])
+
+
 def straight(
-    fiber: Fiber, *, angle: float = 0.0, centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    fiber: Fiber,
+    *,
+    angle: float = 0.0,
+    tilt: float = 0.0,
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Curve:
-    """Return a straight centreline in the xy-plane.
+    """Return a straight centreline.
 
     Parameters
     ----------
     fiber
         Gives the length.
     angle
-        Angle to the x-axis, radians.
+        Angle to the x-axis in the xy-plane, radians.
+    tilt
+        Angle out of the xy-plane, towards +z, radians.
     centre
         Its mid-point, in units of length.
     """
-    return nearly_straight(fiber, angle=angle, amplitude=0.0, centre=centre)
+    return nearly_straight(fiber, angle=angle, amplitude=0.0, tilt=tilt, centre=centre)
 
 
 def segment(fiber: Fiber, *, centre: tuple[float, float, float] | Array, direction: Array) -> Curve:
@@ -107,12 +120,13 @@ def nearly_straight(
     *,
     angle: float = PAPER_ANGLE,
     amplitude: float = -1e-4,
+    tilt: float = 0.0,
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Curve:
     """Return the slightly bent centreline (47), in its centred form of unit length (errata).
 
     Before scaling to the fiber's length it is x = cos(angle) (alpha - 1/2),
-    y = sin(angle) (alpha - 1/2) + amplitude alpha^4 (1 - alpha)^4.
+    y = sin(angle) (alpha - 1/2) + amplitude alpha^4 (1 - alpha)^4. The paper's is without a tilt.
 
     Parameters
     ----------
@@ -121,15 +135,16 @@ def nearly_straight(
     angle
         theta_0, radians; by default the paper's, vertical at t = 49.664 in unit shear.
     amplitude
-        d_y, in units of the fiber's length; the largest deflection is d_y / 256.
+        d_y, in units of the fiber's length; the largest deflection is d_y / 256, along y.
+    tilt
+        Angle of the direction out of the xy-plane, towards +z, radians.
     centre
         Where alpha = 1/2 would lie without the perturbation, in units of length.
     """
-    direction = np.array([np.cos(checks.finite("angle", angle)), np.sin(angle), 0.0])
     return bent(
         fiber,
         centre=checks.vector3("centre", centre),
-        direction=direction,
+        direction=direction_at(angle, tilt),
         normal=np.array([0.0, 1.0, 0.0]),
         amplitude=checks.finite("amplitude", amplitude),
     )

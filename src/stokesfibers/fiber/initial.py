@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import abc
 from dataclasses import dataclass
-from math import cos
+from math import hypot
 from pathlib import Path
 from typing import ClassVar
 
@@ -30,26 +30,31 @@ class AbstractInitial(abc.ABC):
 
 @dataclass(frozen=True)
 class Straight(AbstractInitial):
-    """Straight fibers in the xy-plane.
+    """Straight fibers.
 
     Attributes
     ----------
     angle
         Angle to the x-axis in the xy-plane, radians.
+    tilt
+        Angle out of the xy-plane, towards +z, radians.
     centre
         Mid-point, in units of length.
     """
 
     angle: float = 0.0
+    tilt: float = 0.0
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
     kind: ClassVar[str] = "straight"
 
     def __post_init__(self) -> None:
         checks.finite("angle", self.angle)
+        checks.finite("tilt", self.tilt)
         object.__setattr__(self, "centre", checks.vector3("centre", self.centre))
 
     def curves(self, fibers: tuple[Fiber, ...], periods: Array) -> tuple[Curve, ...]:  # noqa: ARG002
-        return tuple(curves.straight(f, angle=self.angle, centre=self.centre) for f in fibers)
+        given = {"angle": self.angle, "tilt": self.tilt, "centre": self.centre}
+        return tuple(curves.straight(fiber, **given) for fiber in fibers)
 
 
 @dataclass(frozen=True)
@@ -62,33 +67,47 @@ class NearlyStraight(AbstractInitial):
         theta_0, angle to the x-axis in the xy-plane, radians; default the paper's.
     amplitude
         d_y, in units of the fiber's length. It bends along y, by d_y / 256 of the length at most:
-        20 is a bend of 0.08 L. Of that |cos(angle)| is across the fiber.
+        20 is a bend of 0.08 L. Of that |cos(angle)| is across a fiber in the xy-plane.
+    tilt
+        Angle out of the xy-plane, towards +z, radians.
     centre
         Mid-point, in units of length.
     """
 
     angle: float = curves.PAPER_ANGLE
     amplitude: float = -1e-4
+    tilt: float = 0.0
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
     kind: ClassVar[str] = "nearly_straight"
 
     def __post_init__(self) -> None:
         checks.finite("angle", self.angle)
+        checks.finite("tilt", self.tilt)
         checks.finite("amplitude", self.amplitude)
         object.__setattr__(self, "centre", checks.vector3("centre", self.centre))
 
     def curves(self, fibers: tuple[Fiber, ...], periods: Array) -> tuple[Curve, ...]:  # noqa: ARG002
         return tuple(
             curves.nearly_straight(
-                f, angle=self.angle, amplitude=self.amplitude, centre=self.centre
+                fiber,
+                angle=self.angle,
+                amplitude=self.amplitude,
+                tilt=self.tilt,
+                centre=self.centre,
             )
-            for f in fibers
+            for fiber in fibers
         )
+
+    @property
+    def bend(self) -> float:
+        """The height of the arc, across the fiber and over its length, to first order."""
+        return self.across * abs(self.amplitude) / 256.0
 
     @property
     def across(self) -> float:
         """The share of the bend that is across the fiber; 1 where there is no bend."""
-        return abs(cos(self.angle)) if self.amplitude else 1.0
+        x, _, z = curves.direction_at(self.angle, self.tilt)
+        return hypot(x, z) if self.amplitude else 1.0
 
 
 @dataclass(frozen=True)

@@ -26,15 +26,20 @@ class AbstractOrientation(abc.ABC):
         """Return `count` unit vectors, (count, 3)."""
 
 
-def _unit(where: str, axis: object) -> Axis:
-    vector = np.array(checks.vector3(where, axis))
-    largest = float(np.abs(vector).max())
-    if largest == 0.0:
+def _checked(where: str, axis: object) -> Axis:
+    """Return a vector as it is given; InputError if it is zero."""
+    vector = checks.vector3(where, axis)
+    if not any(vector):
         raise InputError(where, "a vector that is not zero", axis)
+    return vector
+
+
+def _unit(axis: Axis) -> Array:
+    vector = np.array(axis)
+    largest = float(np.abs(vector).max())
     if not _TINY < largest < _HUGE:  # its square would not be a number above zero
         vector = vector / largest
-    x, y, z = vector / np.linalg.norm(vector)
-    return float(x), float(y), float(z)
+    return vector / np.linalg.norm(vector)
 
 
 def _sphere(count: int, random: np.random.Generator) -> Array:
@@ -66,10 +71,10 @@ class Aligned(AbstractOrientation):
     kind: ClassVar[str] = "aligned"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "axis", _unit("axis", self.axis))
+        object.__setattr__(self, "axis", _checked("axis", self.axis))
 
     def sample(self, count: int, random: np.random.Generator) -> Points:  # noqa: ARG002
-        return np.tile(np.array(self.axis), (count, 1))
+        return np.tile(_unit(self.axis), (count, 1))
 
 
 @dataclass(frozen=True)
@@ -86,10 +91,10 @@ class InPlane(AbstractOrientation):
     kind: ClassVar[str] = "in_plane"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "normal", _unit("normal", self.normal))
+        object.__setattr__(self, "normal", _checked("normal", self.normal))
 
     def sample(self, count: int, random: np.random.Generator) -> Points:
-        normal = np.array(self.normal)
+        normal = _unit(self.normal)
         vectors = _sphere(count, random)
         vectors -= np.outer(vectors @ normal, normal)
         return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
@@ -112,14 +117,14 @@ class VonMisesFisher(AbstractOrientation):
     kind: ClassVar[str] = "von_mises_fisher"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "axis", _unit("axis", self.axis))
+        object.__setattr__(self, "axis", _checked("axis", self.axis))
         checks.positive("concentration", self.concentration)
 
     def sample(self, count: int, random: np.random.Generator) -> Points:
         from scipy.stats import vonmises_fisher  # slow to import, and rarely needed
 
         kappa: Any = self.concentration
-        spread = vonmises_fisher(np.array(self.axis), kappa)
+        spread = vonmises_fisher(_unit(self.axis), kappa)
         drawn = spread.rvs(count, random_state=random)
         return np.asarray(drawn).reshape(count, 3)
 

@@ -63,7 +63,7 @@ def jumps(
         The horizontal axis, the lines and the panels.
     """
     known = (share > 0.0) & (share < 1.0 - _AT_END) & np.isfinite(places)
-    inside = np.where(known, share, np.nan)
+    inside = np.where(known & ~alike(values), share, np.nan)
     order = np.argsort(places, axis=-1)
     times, taken = (np.take_along_axis(one, order, axis=-1) for one in (inside, values))
     far = np.abs(np.diff(times, axis=-1)) > _JUMP
@@ -82,9 +82,14 @@ def jumps(
 
 
 def alike_ones(values: Floats, name: str) -> Iterator[str]:
-    """Say if values are the same."""
+    """Say if values (panel, line, x) are the same, or those along some of the lines."""
     if alike(values):
         yield f"all values of {name} are the same to a part in a million"
+        return
+    lines = values.reshape(-1, values.shape[-1])
+    flat = sum(map(alike, lines))
+    if flat:
+        yield f"along {flat} of {len(lines)} lines values are the same to a part in a million"
 
 
 def doubtful_ones(values: Floats, doubtful: NDArray[np.bool_], series: bool) -> Iterator[str]:

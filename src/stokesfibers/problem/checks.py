@@ -49,13 +49,14 @@ def doubts(problem: Problem, plan: Plan) -> tuple[Doubt, ...]:
 
 def angle_in_degrees(plan: Plan) -> Iterator[Doubt]:
     """Doubt an initial angle of more than a turn: it was likely meant in degrees."""
-    if abs(plan.angle) > 2.0 * pi:
-        yield Doubt(
-            "initial.angle",
-            "more than a whole turn; angles are in radians",
-            f"{plan.angle:g}, a turn is {2.0 * pi:.4g}",
-            f"If degrees were meant, {plan.angle:g} of them are {radians(plan.angle):.6g}.",
-        )
+    for name, angle in (("angle", plan.angle), ("tilt", plan.tilt)):
+        if abs(angle) > 2.0 * pi:
+            yield Doubt(
+                f"initial.{name}",
+                "more than a whole turn; angles are in radians",
+                f"{angle:g}, a turn is {2.0 * pi:.4g}",
+                f"If degrees were meant, {angle:g} of them are {radians(angle):.6g}.",
+            )
 
 
 def bend_along_the_fiber(plan: Plan) -> Iterator[Doubt]:

@@ -44,8 +44,8 @@ class Plan:
         Recording intervals.
     positions
         Initial positions at the nodes, (fiber, node, space).
-    angle
-        The initial angle, radians; 0 where the shapes have none.
+    angle, tilt
+        The initial angles, radians; 0 where the shapes have none.
     across
         Share of the initial bend that is across the fiber.
     """
@@ -55,4 +55,5 @@ class Plan:
     observables_every: float
     positions: Positions
     angle: float = 0.0
+    tilt: float = 0.0
     across: float = 1.0

@@ -20,6 +20,7 @@ RANGES = {"linspace": np.linspace, "geomspace": np.geomspace, "logspace": np.log
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 _LAST = re.compile(r"[^.]+(?:\.\d+)*$")
 _LONGEST_WORD = 24
+_DIGITS = 14  # of a range's values: 640000, not 640000.0000000005
 
 
 def leaves(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
@@ -143,7 +144,8 @@ def _range(where: str, value: Mapping[str, Any]) -> list[float]:
     if kind == "geomspace" and not first * last > 0.0:
         raise InputError(f"{where}.{kind}", "ends of one sign, not zero", repr(ends))
     with np.errstate(over="ignore"):
-        found = RANGES[kind](first, last, count).tolist()
+        whole = RANGES[kind](first, last, count).tolist()
+    found = [v if v in (first, last) else float(f"{v:.{_DIGITS}g}") for v in whole]
     if not all(map(math.isfinite, found)):
         hint = "The ends are exponents of ten." if kind == "logspace" else ""
         raise InputError(f"{where}.{kind}", "numbers that are finite", repr(ends), hint)

@@ -9,6 +9,7 @@ import pytest
 
 from stokesfibers.core.errors import InputError
 from stokesfibers.core.segments import segment_distances
+from stokesfibers.fiber.initial import NearlyStraight, Straight
 from stokesfibers.fiber.orientation import Aligned, InPlane, Isotropic, VonMisesFisher
 from stokesfibers.fiber.parameters import Fiber
 from stokesfibers.fiber.placement import Box, place_randomly
@@ -208,4 +209,22 @@ def test_bad_orientations_are_refused(make):
 
 @pytest.mark.parametrize("size", [1.0, 1e308, 1e-320])
 def test_an_axis_may_have_any_length(size):
-    assert_close(Aligned((0.6 * size, -0.8 * size, 0.0)).axis, (0.6, -0.8, 0.0), atol=1e-4)
+    """Of 1e-320 few digits are left."""
+    given = (0.6 * size, -0.8 * size, 0.0)
+    drawn = Aligned(given).sample(2, np.random.default_rng(0))
+    assert_close(drawn, np.tile((0.6, -0.8, 0.0), (2, 1)), atol=1e-4)
+    assert Aligned(given).axis == given  # as the case says it
+
+
+def test_a_tilt_turns_fibers_out_of_the_plane():
+    """At angle theta and tilt phi: (cos theta cos phi, sin theta cos phi, sin phi)."""
+    fiber, (theta, phi) = Fiber(length=2.0, slenderness=1e-2), (2.9, 0.4)
+    along = (np.cos(theta) * np.cos(phi), np.sin(theta) * np.cos(phi), np.sin(phi))
+    for shape in (Straight(theta, tilt=phi), NearlyStraight(theta, 0.0, tilt=phi)):
+        (curve,) = shape.curves((fiber,), np.zeros(3))
+        first, last = curve.at_fractions(np.array([0.0, 1.0]))
+        assert_close(last - first, 2.0 * np.array(along), atol=1e-14)
+    (bent,) = NearlyStraight(theta, 5.0, tilt=phi).curves((fiber,), np.zeros(3))
+    (x, y, z) = bent.position(np.array([0.5]))[0]
+    assert (x, z) == (0.0, 0.0)
+    assert y > 0.0  # the arc is along y all the same

@@ -724,6 +724,19 @@ def test_lists_walked_together_of_which_none_tells_cases_apart_are_named_by_all(
     assert along(numbered, "ab").symbol == "n"
 
 
+def test_lines_along_which_nothing_varies_are_told_and_no_kink_in_noise():
+    data = swept().isel(seed=0, fiber=0, drop=True)
+    noise = 1.0 + 1e-9 * np.array([0.0, 1.0, 3.0, 2.0])
+    data["energy_largest"] = (("mu_bar", "slenderness"), np.stack([noise, 1.0 + MU / 1e7], axis=1))
+    data["time_reached"] = data["wall_time"] * 10.0
+    moved = np.array([[1.0, 2.0], [1.2, 2.0], [9.0, 2.0], [9.1, 2.0]])
+    data["energy_largest_time"] = (("mu_bar", "slenderness"), moved)
+    told = "along 1 of 2 lines values are the same to a part in a million"
+    assert cut(data, "energy_largest").notes == (told,)
+    (note,) = cut(data, "energy_largest", at={"slenderness": 1e-2}).notes
+    assert note == "all values of energy_largest are the same to a part in a million"
+
+
 @pytest.mark.parametrize("value", [1.0, -2.0])
 def test_what_does_not_vary_is_flat(value):
     data = swept().isel(seed=0, slenderness=0, drop=True)

@@ -73,9 +73,12 @@ def test_thick_fibers(eps, doubted):
     ("angle", "said"), [(2.967, ""), (-6.28, ""), (170.0, "2.96706"), (-45.0, "-0.785")]
 )
 def test_angles_in_degrees(angle, said):
-    found = [str(doubt) for doubt in checks.angle_in_degrees(replace(PLAN, angle=angle))]
-    assert bool(found) is bool(said)
-    assert all(said in text and "radians" in text for text in found)
+    for name in ("angle", "tilt"):
+        plan = replace(PLAN, **{name: angle})
+        found = [str(doubt) for doubt in checks.angle_in_degrees(plan)]
+        assert bool(found) is bool(said)
+        assert all(said in text and "radians" in text for text in found)
+        assert all(text.startswith(f"initial.{name}") for text in found)
 
 
 @pytest.mark.parametrize(("angle", "share"), [(1.3, ""), (-1.35, "0.22"), (1.6, "0.029")])
@@ -90,8 +93,8 @@ def test_a_bend_along_the_fiber(angle, share):
 def test_what_is_across_is_what_bends_the_fiber():
     """The curve leaves its chord by the share |cos(angle)| of d_y / 256, to first order."""
     fiber = Fiber(slenderness=1e-2)
-    for angle in (0.0, 1.0, 2.5):
-        shape = NearlyStraight(angle=angle, amplitude=1e-3)
+    for angle, tilt in ((0.0, 0.0), (1.0, 0.0), (2.5, 0.0), (2.5, -1.1), (1.6, 0.5)):
+        shape = NearlyStraight(angle=angle, tilt=tilt, amplitude=1e-3)
         (curve,) = shape.curves((fiber,), np.zeros(3))
         x = curve.at_fractions(np.linspace(0.0, 1.0, 201))
         chord = (x[-1] - x[0]) / np.linalg.norm(x[-1] - x[0])

@@ -38,6 +38,14 @@ def test_ranges_are_those_of_numpy(given_range, expected, assert_close):
     assert_close(values_of("x", given_range), expected, rtol=1e-14)
 
 
+def test_ranges_are_rounded_but_for_their_ends():
+    """In binary the third of seven is 40000.00000000001."""
+    found = values_of("x", {"geomspace": [1e4, 6.4e5, 7]})
+    assert found == tuple(1e4 * 2.0**k for k in range(7))
+    third = 1.0 / 3.0
+    assert values_of("x", {"linspace": [third, 1.0 + third, 2]}) == (third, 1.0 + third)
+
+
 @pytest.mark.parametrize(
     ("value", "expected", "got"),
     [
