@@ -107,16 +107,17 @@ def view_run(
     source, look = Path(run), look or Look()
     show = Show.of(open_run(source), source.resolve().name, look)
     count = show.count
-    with _until_stopped(), ViewerProcess(web=web, web_port=port, data_port=data_port) as viewer:
+    ports = {"web_port": port, "data_port": data_port}
+    with _until_stopped() as asked, ViewerProcess(web=web, **ports) as viewer:
         if ready is not None:
             ready(viewer.page)
         with _sent_to(viewer, show) as stream:
             for done, _ in enumerate(show.log(stream), start=1):
-                if not viewer.lives():
+                if asked or not viewer.lives():
                     break
                 if progress is not None:
                     progress(done, count)
-            viewer.wait()
+            viewer.wait(asked)
 
 
 @contextmanager
@@ -136,17 +137,22 @@ def _sent_to(viewer: ViewerProcess, show: Show) -> Iterator[Any]:
 
 
 @contextmanager
-def _until_stopped() -> Iterator[None]:
-    """End the block quietly on Ctrl-C or a request to end, so that no viewer stays behind."""
+def _until_stopped() -> Iterator[list[int]]:
+    """End the block quietly on Ctrl-C or a request to end, so that no viewer stays behind.
+
+    Yield the signals that came: Python drops what is raised while it clears away an object.
+    """
+    asked: list[int] = []
 
     def stop(number: int, frame: FrameType | None) -> None:  # noqa: ARG001
+        asked.append(number)
         raise KeyboardInterrupt
 
     ours = threading.current_thread() is threading.main_thread()
-    names = [n for n in ("SIGTERM", "SIGHUP") if ours and hasattr(signal, n)]
+    names = [n for n in ("SIGINT", "SIGTERM", "SIGHUP") if ours and hasattr(signal, n)]
     before = {n: signal.signal(getattr(signal, n), stop) for n in names}
     try:
-        yield
+        yield asked
     except KeyboardInterrupt:
         return
     finally:

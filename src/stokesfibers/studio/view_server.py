@@ -8,6 +8,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import IO
@@ -18,6 +20,7 @@ from stokesfibers.core.errors import InputError, StokesFibersError
 HOST = "127.0.0.1"
 _USUAL_DATA, _USUAL_WEB = 9876, 9090
 _PATIENCE = 30.0  # seconds until the viewer must listen
+_LOOK = 0.5  # seconds from one look for a request to end to the next
 _MEMORY = "50%"  # of the machine, for what waits for a browser
 
 
@@ -90,15 +93,18 @@ class ViewerProcess:
         """Return whether the viewer is still there."""
         return self._process.poll() is None
 
-    def wait(self) -> None:
-        """Wait until the viewer is closed.
+    def wait(self, asked: Sequence[int] = ()) -> None:
+        """Wait until the viewer is closed, or there is a request to end in `asked`.
 
         Raises
         ------
         ViewerError
             If it ended by a fault, as a window without a display.
         """
-        if self._process.wait():
+        while not asked and self.lives():
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(timeout=_LOOK)
+        if self._process.returncode:
             raise ViewerError(self._complaint())
 
     def stop(self) -> None:

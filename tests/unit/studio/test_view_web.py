@@ -14,6 +14,7 @@ import subprocess
 import sys
 import time
 import urllib.request
+from contextlib import suppress
 from pathlib import Path
 from urllib.parse import parse_qs, urlparse
 
@@ -21,6 +22,7 @@ import numpy as np
 import pytest
 
 from stokesfibers.studio import view_server
+from stokesfibers.studio.view import _until_stopped
 from stokesfibers.studio.view_server import ViewerError, ViewerProcess
 
 pytest.importorskip("rerun", reason="the extra 'view' is not installed")
@@ -98,6 +100,27 @@ def test_no_viewer_stays_behind_after_a_request_to_end(served):
     process.communicate(timeout=90)
     assert process.returncode == 0
     assert not any(answers(port) for port in ports(page))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_request_to_end_holds_though_its_exception_is_dropped(number, monkeypatch):
+    """As Python does when it comes while an object is cleared away."""
+    program = "import socket, sys; s = socket.create_server(('127.0.0.1', int(sys.argv[4])))\n"
+    program += "while True: s.accept()"
+    monkeypatch.setattr(view_server, "_command", lambda: [sys.executable, "-c", program])
+    monkeypatch.setattr(view_server, "_check_display", lambda: None)
+    start = time.monotonic()
+    before = signal.getsignal(number)
+    with _until_stopped() as asked, ViewerProcess(web=False, data_port=free_port()) as viewer:
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(number)
+        assert asked == [number]
+        viewer.wait(asked)
+        assert viewer.lives()
+    assert not viewer.lives()
+    assert signal.getsignal(number) is before
+    assert time.monotonic() - start < 60.0
 
 
 def test_a_port_that_is_taken_is_refused(cell_run):
