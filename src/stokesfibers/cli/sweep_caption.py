@@ -19,8 +19,9 @@ _SAID_BY_NONE = {
     "initial.tilt": 0.0,
 }
 """Values of which a caption does not speak."""
+_SLENDERNESS = "fiber.slenderness"
 _MEANT = {
-    "fiber.slenderness": "radius / length",
+    _SLENDERNESS: "radius / length",
     "flow.frequency": "cycles per time",
     "initial.angle": "radians to the x-axis",
     "initial.tilt": "radians out of the xy-plane",
@@ -33,18 +34,27 @@ _BARE = ("model", "stepping")  # tables whose keys say by themselves what they a
 _TABLES = ("fiber", "fluid", "flow", "domain", "load", "initial", "model", "stepping", "stop")
 
 
-def _meaning(path: str, value: Any, parts: Mapping[str, Sequence[str]], rate: str) -> str:
+def _meaning(path: str, value: Any, shared: Mapping[str, Any], rate: str) -> str:
     """Return what a value means where its name does not say it; empty elsewhere.
 
     `rate` is what the flow's rate of 1 is called, with a space behind it; empty if it is not 1.
     """
-    if path == "initial.amplitude" and parts.get("initial", [""])[0] == "nearly straight":
-        return f"an arc of height up to {abs(value) / 256.0:.2g} L"
+    if path == "initial.amplitude" and shared.get("initial.kind") == "nearly_straight":
+        angle, tilt = (shared.get(f"initial.{name}") for name in ("angle", "tilt"))
+        if angle is None or tilt is None:
+            return f"an arc of height up to {abs(value) / 256.0:.2g} L"
+        return f"an arc of height {_bend(value, angle, tilt):.2g} L"
     if path == "flow.kind" and value == "oscillatory_shear":
         return "rate amplitude x sin(2 pi frequency t)"
     if path == "fluid.mu_bar":
         return f"8 pi mu {rate}L^4 / E"
     return _MEANT.get(path, "")
+
+
+def _bend(amplitude: float, angle: float, tilt: float) -> float:
+    from stokesfibers.fiber.initial import NearlyStraight
+
+    return NearlyStraight(angle=angle, amplitude=amplitude, tilt=tilt).bend
 
 
 def spread_doubt(plan: Plan, cases: Iterable[int], spread: float) -> Iterator[str]:
@@ -72,21 +82,31 @@ def caption(plan: Plan) -> str:
     parts: dict[str, list[str]] = {}
     unit = natural_units([case.tables for case in plan.cases]).get("unit_of_time", "")
     rate = f"{unit.removeprefix('1/')} " if unit else ""
-    for path, value in _shared([_physics(plan, case) for case in plan.cases]):
-        if path.rpartition(".")[2] in _NUMERICS or _SAID_BY_NONE.get(path) == value:
+    swept = {path for axis in plan.axes for path in axis.paths}
+    shared = dict(_shared([_physics(plan, case) for case in plan.cases]))
+    for path, value in shared.items():
+        if (
+            path.startswith("record.")
+            or path.rpartition(".")[2] in _NUMERICS
+            or _SAID_BY_NONE.get(path) == value
+        ):
             continue
         table, _, key = path.partition(".")
         if table in _BARE:
             table, _, key = key.partition(".")
         word = isinstance(value, str) and key in _FIXED
         told = plain(value).replace("_", " ") if word else plain(value)
-        meant = _meaning(path, value, parts, rate)
+        meant = _meaning(path, value, shared, rate)
         told = told if key in ("", "kind") else f"{key} {told}"
         parts.setdefault(table, []).append(told + (f" ({meant})" if meant else ""))
     said = [f"{table} {', '.join(values)}" for table, values in parts.items()]
     cycles = {case.tables.get("stepping", {}).get("cycles") for case in plan.cases}
     if len(cycles) == 1 and "until" not in parts and (count := cycles.pop()) is not None:
         said.append(f"{count} cycles")
+    if (every := shared.get("record.observables_every")) is not None:
+        said.append(f"recorded every {number(every)}")
+    if _SLENDERNESS in swept:
+        said.append(f"slenderness is {_MEANT[_SLENDERNESS]}")
     if plan.collect.after:
         said.append(f"values from t = {number(plan.collect.after)} on")
     return "; ".join(said)
@@ -98,14 +118,16 @@ def _physics(plan: Plan, case: SweepCase) -> dict[str, Any]:
     from stokesfibers.study.sweep_plan import load_case
 
     try:
-        tables = load_case(case, Path(plan.folder), allow_python=False).tables()
+        held = load_case(case, Path(plan.folder), allow_python=False)
     except InputError:  # it has a Python file, which is not run to draw a figure
         return {name: held for name, held in case.tables.items() if name in _TABLES}
+    tables = held.tables()
     model, kinds = tables["model"], tables["fiber"]
     fiber = kinds[0] if len(kinds) == 1 else kinds
     return {
         **{name: tables[name] for name in _TABLES if name in tables},
         "fiber": fiber,
+        "record": {"observables_every": held.record.observables_interval},
         "model": {key: model[key] for key in ("mobility", "regularization") if key in model},
     }
 

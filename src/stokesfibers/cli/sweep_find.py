@@ -10,6 +10,7 @@ from stokesfibers.cli.failure import guarded
 from stokesfibers.cli.options import folder_argument
 from stokesfibers.cli.sweep_held import held_dataset, stay_at
 from stokesfibers.cli.typed import named_as_typed
+from stokesfibers.cli.words import plain
 
 
 @click.command("find", short_help="Print the run of one case: sweep find DIR NAME=VALUE ...")
@@ -25,7 +26,6 @@ def find(*, folder: Path, values: tuple[str, ...]) -> None:
     """
     from stokesfibers.core.errors import InputError
     from stokesfibers.plot.sweep_select import stay
-    from stokesfibers.study.sweep_values import toml_text
 
     data = held_dataset(folder)
     swept = list(map(str, data["run"].dims))
@@ -36,8 +36,12 @@ def find(*, folder: Path, values: tuple[str, ...]) -> None:
     if left:
         raise InputError("NAME=VALUE", "a value of each parameter", f"none of {', '.join(left)}")
     held = {str(name): value.item() for name, value in one.coords.items() if not value.ndim}
-    known = {name: value for name, value in held.items() if value == value}  # a NaN is left out
-    said = ", ".join(f"{name} = {toml_text(value)}" for name, value in known.items())
+    known = {  # a NaN is left out, and so is what follows from the rest
+        name: value
+        for name, value in held.items()
+        if value == value and "derived" not in one[name].attrs
+    }
+    said = ", ".join(f"{name} = {plain(value)}" for name, value in known.items())
     path = folder / one["run"].to_numpy().ravel()[0]
     if not path.exists():
         got = f"{said}, which waits"

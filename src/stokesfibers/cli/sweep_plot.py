@@ -25,7 +25,7 @@ _TYPED = {
 @click.command("plot", short_help="Draw what it gave: sweep plot DIR [NAME] [--x DIM] [--at ...].")
 @folder_argument
 @click.argument("name", required=False)
-@click.option("--x", help="Parameter along the axis; by default the one with most values.")
+@click.option("--x", help="Parameter along the axis, or eta; by default the one with most values.")
 @click.option(
     "--at",
     multiple=True,
@@ -102,11 +102,12 @@ def plot_sweep(
             for target in targets:
                 click.echo(save(drawn, target, dpi))
         shown = cut(data, variable, **given)
-        cases = left_of(data, stays)
-    plan = SweepFolder(folder).plan()
+    plan, cases = SweepFolder(folder).plan(), left_of(data, stays)
     for note in (*shown.notes, *spread_doubt(plan, cases, spread(shown.values))):
         warn(f"{note}.")
     if name is None and others:
         click.echo(f"It shows {variable}; there are also: {', '.join(others)}.", err=True)
+    for told in shown.derived(data):
+        click.echo(f"{told}.", err=True)
     if shared := caption(plan):
         click.echo(f"In all cases: {shared}.", err=True)

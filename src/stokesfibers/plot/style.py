@@ -47,6 +47,7 @@ STYLE: Mapping[Any, Any] = MappingProxyType(
         "mathtext.fontset": "stix",
         "text.usetex": False,
         "figure.titlesize": 8.0,
+        "figure.figsize": (COLUMN, 0.75 * COLUMN),
         "axes.labelsize": 8.5,
         "axes.titlesize": 8.0,
         "axes.titlepad": 3.0,

@@ -60,7 +60,8 @@ def sweep(
     name
         The variable; default the first that is one number for each case and fiber.
     x
-        The dimension along the horizontal axis.
+        The dimension along the horizontal axis, or a coordinate that runs along some, as ``eta``
+        does along those of mu_bar and slenderness.
     at
         Values of parameters to stay at, the nearest; or of a fiber, or component (``space``).
     per

@@ -159,17 +159,22 @@ def along(data: xr.Dataset, dim: str, name: str | None = None) -> Along:
 
     Where several run along it, `name` is taken, or one that tells all cases apart, or all as texts.
     """
+    if name in data.coords and data[name].ndim > 1:  # eta of each mu_bar and slenderness
+        return _of(data[name], dim)
     labels = labels_along(data, dim, name)
     apart = [c for c in labels if len(np.unique(c)) == c.size]
     apart.sort(key=lambda c: not np.issubdtype(c.dtype, np.number))
     named = [c for c in labels if c.name == (name or dim)]
     if len(labels) > 1 and not (named or apart):
         return _together(data, dim, [str(c.name) for c in labels])
-    held = (named or apart or labels or [data[dim]])[0]
+    return _of((named or apart or labels or [data[dim]])[0], dim)
+
+
+def _of(held: xr.DataArray, dim: str) -> Along:
     called = str(held.name)
     symbol = f"${held.attrs['symbol']}$" if held.attrs.get("symbol") else called
     unit = select.unit_text(_variable(held, called))
-    values = tuple(held.to_numpy().tolist())
+    values = tuple(held.to_numpy().ravel().tolist())
     return Along(dim, called, values, symbol, label_of(held, called), unit)
 
 

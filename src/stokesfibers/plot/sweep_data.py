@@ -62,6 +62,12 @@ class Cut:
     held: tuple[str, ...]
     notes: tuple[str, ...]
 
+    def derived(self, data: xr.Dataset) -> list[str]:
+        """Return what coordinates of `data` that it is drawn along follow from, in sentences."""
+        named = [one.parameter for one in (self.x, self.lines, self.panels) if one is not None]
+        held = [data[name] for name in named if name in data.coords]
+        return [f"{c.name} is {c.attrs['derived']}" for c in held if "derived" in c.attrs]
+
 
 def cut(
     data: xr.Dataset,
@@ -210,6 +216,8 @@ def _places(data: xr.Dataset, dim: str, name: str | None) -> xr.DataArray:
     """Return where values lie along a swept dimension: at its numbers, or one after another."""
     import xarray as xr
 
+    if name in data.coords and data[name].ndim > 1:
+        return data[name]
     numbers = along(data, dim, name).numbers
     return xr.DataArray(
         np.arange(data.sizes[dim], dtype=float) if numbers is None else numbers, dims=dim

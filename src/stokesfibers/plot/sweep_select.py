@@ -187,17 +187,22 @@ def _direction(data: xr.Dataset, dim: str, name: str) -> Along:
 
 
 def dimension(data: xr.Dataset, name: str, dims: list[str], where: str) -> str:
-    """Return the dimension of that name, or along which the coordinate of that name runs."""
+    """Return the dimension of that name, or along which the coordinate of that name runs.
+
+    Along an axis (`where` is ``"x"``) a coordinate may depend on several; it is drawn along the
+    longest of these, and other lines have other places.
+    """
     if name in dims:
         return name
-    if name in data.coords and data[name].ndim == 1 and str(data[name].dims[0]) in dims:
-        return str(data[name].dims[0])
     own = [d for d in dims if d not in SERIES]
-    names = own + [
-        str(c)
+    known = {
+        str(c): sorted(map(str, held.dims), key=lambda d: -held.sizes[d])
         for c, held in data.coords.items()
-        if c not in own and held.dims in [(d,) for d in own]
-    ]
+        if {*held.dims} <= {*own} and (held.ndim == 1 or (held.ndim and where == "x"))
+    }
+    if name in known:
+        return known[name][0]
+    names = own + [c for c in known if c not in own]
     if where == "at":
         names += sorted({*map(str, data.dims)} - {*names, *SERIES})
     hint = did_you_mean(name, names)

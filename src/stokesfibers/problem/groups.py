@@ -56,17 +56,30 @@ class Groups:
     wavelength: float
 
 
+def effective_viscosity(problem: Problem, fiber: Fiber) -> float:
+    """Return mu_bar (10) of `fiber` at the flow's rate, 8 pi mu rate L^4 / E."""
+    return _drag_over_rigidity(problem, fiber) * problem.flow.rate_scale()
+
+
+def eta(problem: Problem, fiber: Fiber) -> float:
+    """Return mu_bar / |c|, the effective viscosity with the fiber's own drag."""
+    return effective_viscosity(problem, fiber) / abs(slenderness_constant(fiber.eps))
+
+
+def _drag_over_rigidity(problem: Problem, fiber: Fiber) -> float:
+    return problem.drag * float(fiber.length) ** 4 / float(fiber.rigidity)
+
+
 def groups(problem: Problem, fiber: Fiber, until: float) -> Groups:
     """Return the groups of `fiber` in the problem's flow between times 0 and `until`."""
     c = slenderness_constant(fiber.eps)
-    drag_over_rigidity = problem.drag * float(fiber.length) ** 4 / float(fiber.rigidity)
-    mu_bar = drag_over_rigidity * problem.flow.rate_scale()
-    squeezed = drag_over_rigidity * compressive_rate(problem.flow, until) / abs(c)
+    rate = compressive_rate(problem.flow, until)
+    squeezed = _drag_over_rigidity(problem, fiber) * rate / abs(c)
     return Groups(
         eps=fiber.eps,
         c=c,
-        mu_bar=mu_bar,
-        eta=mu_bar / abs(c),
+        mu_bar=effective_viscosity(problem, fiber),
+        eta=eta(problem, fiber),
         compression=squeezed / BUCKLING_THRESHOLD,
         wavelength=2.0 * pi * sqrt(32.0 / squeezed) if squeezed > 0.0 else inf,
     )

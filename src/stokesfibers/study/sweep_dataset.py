@@ -23,7 +23,7 @@ from stokesfibers.io.provenance import provenance
 from stokesfibers.io.reader import open_run
 from stokesfibers.study.sweep_axes import Axis
 from stokesfibers.study.sweep_collect import reduced
-from stokesfibers.study.sweep_derived import natural_units, strains
+from stokesfibers.study.sweep_derived import derived, natural_units
 from stokesfibers.study.sweep_folder import DATASET, RUNS, UNREADABLE, State, SweepFolder, doubt_of
 from stokesfibers.study.sweep_plan import Plan, SweepCase
 from stokesfibers.study.sweep_values import short_names, toml_text
@@ -69,7 +69,7 @@ def dataset(
     }
     coordinates = _coordinates(plan.axes)
     attributes["parameters"] = json.dumps(list(coordinates))  # stores do not keep their order
-    coordinates |= strains([case.tables for case in plan.cases], dims, shape)
+    coordinates |= derived(plan, dims, shape)
     data = xr.Dataset(held, coords=coordinates, attrs=attributes)
     for name, meaning in _WHAT.items():
         data[name].attrs["long_name"] = meaning

@@ -1,15 +1,20 @@
-"""What follows from the cases of a sweep: what their numbers are in units of, and their strains."""
+"""What follows from the cases of a sweep: what numbers are in units of, strains, and eta."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from stokesfibers.core.errors import InputError
 from stokesfibers.core.variables import NATURAL_UNITS
 from stokesfibers.flow import FLOWS, Extension, OscillatoryShear, PlanarExtension, Shear
 from stokesfibers.flow.period import strain_of_half_a_cycle
+from stokesfibers.problem.groups import eta
+from stokesfibers.study.sweep_plan import Plan, load_case
 
 _RATES = {
     Shear.kind: "rate",
@@ -17,11 +22,19 @@ _RATES = {
     Extension.kind: "rate",
     PlanarExtension.kind: "rate",
 }
-_STRAIN = {
-    "long_name": "strain of half a cycle",
-    "units": "1",
-    "symbol": r"\gamma",
-    "derived": "amplitude / (pi frequency)",
+_SAID = {
+    "flow_strain": {
+        "long_name": "strain of half a cycle",
+        "units": "1",
+        "symbol": r"\gamma",
+        "derived": "amplitude / (pi frequency)",
+    },
+    "eta": {
+        "long_name": "effective viscosity",
+        "units": "1",
+        "symbol": r"\bar\mu / |c|",
+        "derived": "mu_bar / abs(c), c = log(eps^2 e)",
+    },
 }
 """A coordinate with the attribute ``derived`` is drawn along only where it is named."""
 
@@ -55,30 +68,44 @@ def _unit_of_time(flow: Mapping[str, Any]) -> str | None:
     return f"1/{name}" if rate > 0.0 else f"1/|{name}|"
 
 
-def strains(
-    held: Sequence[Mapping[str, Any]], dims: Sequence[str], shape: Sequence[int]
-) -> dict[str, Any]:
-    """Return the coordinate ``flow_strain``, amplitude / (pi frequency) of oscillating shears.
+def derived(
+    plan: Plan, dims: Sequence[str], shape: Sequence[int]
+) -> dict[str, tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]]]:
+    """Return coordinates that follow from the cases, along the dimensions that they depend on.
+
+    These are ``flow_strain``, amplitude / (pi frequency) of oscillating shears, and ``eta``,
+    mu_bar / abs(c) of fibers of one kind in a flow with a rate. Each is there if all cases have it,
+    and not all the same.
 
     Parameters
     ----------
-    held
-        The tables of the cases.
+    plan
+        The sweep.
     dims, shape
-        Names and lengths of the sweep's dimensions.
-
-    Returns
-    -------
-    dict
-        The coordinate by its name; empty if a case has another flow, or if the strain does not
-        follow from the place along a single dimension.
+        Names and lengths of its dimensions.
     """
-    found = [strain_of_half_a_cycle(tables.get("flow", {})) for tables in held]
-    if None in found:
-        return {}
-    grid = np.array(found, dtype=np.float64).reshape(shape)
-    for k, dim in enumerate(dims):
-        along = np.moveaxis(grid, k, 0).reshape(shape[k], -1)
-        if np.ptp(along, axis=1).max() == 0.0 and np.ptp(along) > 0.0:
-            return {"flow_strain": ((dim,), along[:, 0], dict(_STRAIN))}
-    return {}
+    flows = [case.tables.get("flow", {}) for case in plan.cases]
+    values = {"flow_strain": [strain_of_half_a_cycle(flow) for flow in flows], "eta": _etas(plan)}
+    found = {}
+    for name, known in values.items():
+        if None in known:
+            continue
+        grid = np.array(known, dtype=np.float64).reshape(shape)
+        own = [k for k in range(len(dims)) if np.ptp(grid, axis=k).any()]
+        if own:
+            first = grid[tuple(slice(None) if k in own else 0 for k in range(len(dims)))]
+            found[name] = (tuple(dims[k] for k in own), first, dict(_SAID[name]))
+    return found
+
+
+def _etas(plan: Plan) -> list[float | None]:
+    try:
+        held = [load_case(case, Path(plan.folder), allow_python=False) for case in plan.cases]
+    except InputError:  # it has a Python file, which is not run to say what follows
+        return [None]
+    return [
+        eta(one.problem, one.problem.kinds[0])
+        if len(one.problem.kinds) == 1 and one.problem.flow.rate_scale() > 0.0
+        else None
+        for one in held
+    ]

@@ -388,8 +388,13 @@ def test_what_all_cases_have_alike_is_said_for_the_caption(file, invoke):
         "fiber length 1, slenderness 0.01 (radius / length), rigidity 1; flow shear, rate 1; "
         "initial nearly straight, amplitude 0.1 (an arc of height up to 0.00039 L); "
         "mobility nonlocal; "
-        "regularization spheroidal, m 2; rtol 0.001; until 0.5."
+        "regularization spheroidal, m 2; rtol 0.001; until 0.5; recorded every 0.025."
     )
+    file.write_text(SWEEP.replace("[grid]\n", "[grid]\nfiber.slenderness = [1e-2, 1e-3]\n"))
+    assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
+    said = invoke("sweep", "plot", "twofold").stderr.partition("In all cases: ")[2]
+    assert "amplitude 0.1 (an arc of height 0.00016 L)" in said  # |cos(2)| of 0.1 / 256
+    assert said.strip().endswith("recorded every 0.025; slenderness is radius / length.")
 
 
 @pytest.mark.parametrize(
@@ -454,7 +459,7 @@ def test_the_run_of_a_case_is_found_by_its_values(file, invoke):
     result = invoke("sweep", "find", "twofold", "mu_bar=9e3")
     assert open_run(result.stdout.strip()).attrs["status"]
     assert Path(result.stdout.strip()).name.startswith("mu_bar=10000-")
-    assert "It has mu_bar = 10000.0." in result.stderr
+    assert "It has mu_bar = 10000." in result.stderr
     for values, said in (
         ((), "NAME=VALUE: expected a value of each parameter, got none of mu_bar"),
         (("mu=1",), "NAME=VALUE: expected a swept parameter: mu_bar"),
@@ -465,7 +470,7 @@ def test_the_run_of_a_case_is_found_by_its_values(file, invoke):
     shutil.rmtree(next(Path("twofold/runs").glob("mu_bar=1000-*")))
     shutil.rmtree("twofold/sweep.zarr")
     result = invoke("sweep", "find", "twofold", "mu_bar=1e3")
-    assert "a case that has begun, got mu_bar = 1000.0, which waits" in result.stderr
+    assert "a case that has begun, got mu_bar = 1000, which waits" in result.stderr
 
 
 def test_the_range_of_what_was_collected_is_said(file, invoke):
@@ -593,3 +598,13 @@ def _with(text: str, name: str) -> Path:
     path = Path("other.toml")
     path.write_text(text + f'mean = ["{name}"]\n')
     return path
+
+
+def test_what_an_axis_follows_from_is_said(file, invoke):
+    file.write_text(SWEEP.replace("[grid]\n", "[grid]\nfiber.slenderness = [1e-2, 1e-3]\n"))
+    assert invoke("sweep", file, "--workers", 1, "--quiet").exit_code == 0
+    told = "eta is mu_bar / abs(c), c = log(eps^2 e).\n"
+    result = invoke("sweep", "plot", "twofold", "--x", "eta")
+    assert result.exit_code == 0
+    assert told in result.stderr
+    assert told not in invoke("sweep", "plot", "twofold").stderr

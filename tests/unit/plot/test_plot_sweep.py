@@ -809,6 +809,27 @@ def test_what_follows_from_parameters_is_drawn_along_only_where_it_is_named():
     assert along(both, "pace").parameter == "frequency, amplitude"
 
 
+def test_lines_may_have_places_of_their_own_along_an_axis():
+    data = swept().isel(seed=0, drop=True)
+    places = MU[:, None] / np.array([10.0, 20.0])
+    said = {"symbol": r"\eta", "long_name": "this", "derived": "mu_bar / abs(c)"}
+    data = data.assign_coords(eta=(("mu_bar", "slenderness"), places, said))
+    found = cut(data, "energy_largest", x="eta")
+    assert (found.x.name, found.x.parameter, found.x.label) == ("mu_bar", "eta", r"this $\eta$")
+    assert_close(found.places[0], places.T, rtol=1e-15)
+    assert found.lines.name == "slenderness"
+    (ax,) = sweep(data, "energy_largest", x="eta")
+    assert_close(ax.get_lines()[0].get_xdata(), places[:, 0], rtol=1e-15)
+    assert ax.get_xscale() == "log"
+    one = cut(data, "energy_largest", x="eta", at={"slenderness": 1e-3})
+    assert_close(one.places[0, 0], places[:, 1], rtol=1e-15)
+    assert cut(data, "energy_largest").x.parameter == "mu_bar"
+    with pytest.raises(InputError, match="parameter: mu_bar, slenderness, eta, got 'etta'"):
+        cut(data, "energy_largest", x="etta")
+    with pytest.raises(InputError, match="by: expected a swept parameter: slenderness, got"):
+        cut(data, "energy_largest", by="eta")
+
+
 def test_the_first_parameter_of_the_file_names_an_axis_whatever_the_order_of_the_store():
     data = oscillating()
     assert (

@@ -8,6 +8,7 @@ import os
 import shutil
 import signal
 from copy import deepcopy
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from stokesfibers.core.variables import NATURAL_RATES, NATURAL_UNITS
 from stokesfibers.io import atomic, lock
 from stokesfibers.study import sweep_dataset, sweep_folder, sweep_workers
 from stokesfibers.study.sweep import changes, collect, sweep
-from stokesfibers.study.sweep_derived import natural_units, strains
+from stokesfibers.study.sweep_derived import derived, natural_units
 from stokesfibers.study.sweep_folder import SweepFolder
 from stokesfibers.study.sweep_plan import read_plan
 from stokesfibers.study.sweep_tally import tally
@@ -548,20 +549,51 @@ def test_time_is_in_units_of_a_rate_of_one_that_all_cases_have(flows, unit):
     assert natural_units([{"fluid": {"mu_bar": 1.0}, "fiber": [{}, {}]}]) == NATURAL_UNITS
 
 
+def coordinates(held, dims, shape):
+    """What follows from cases of these tables."""
+    rest = {"fiber": {"slenderness": 1e-2}, "fluid": {"mu_bar": 1e3}, "stepping": {"until": 1.0}}
+    cases = [SimpleNamespace(tables=rest | tables) for tables in held]
+    return derived(SimpleNamespace(cases=cases, folder="."), dims, shape)
+
+
 def test_the_strain_of_half_a_cycle_is_a_coordinate_beside_what_sets_it():
     """1 / (pi f): of each frequency the same at both viscosities."""
     flows = [{"kind": "oscillatory_shear", "frequency": f} for f in (0.1, 0.5)]
     held = [{"flow": flow} for flow in (flows[0], flows[1], flows[0], flows[1])]
-    (dim,), values, said = strains(held, ("mu_bar", "frequency"), (2, 2))["flow_strain"]
+    (dim,), values, said = coordinates(held, ("mu_bar", "frequency"), (2, 2))["flow_strain"]
     assert dim == "frequency"
     assert values == pytest.approx([10.0 / np.pi, 2.0 / np.pi])
     assert said["long_name"] == "strain of half a cycle"
     both = [{"flow": flow | {"amplitude": a}} for a in (1.0, -2.0) for flow in flows]
-    assert strains(both, ("amplitude", "frequency"), (2, 2)) == {}
-    ((_, values, _),) = strains(both[1::2], ("amplitude",), (2,)).values()
+    dims, values, _ = coordinates(both, ("amplitude", "frequency"), (2, 2))["flow_strain"]
+    assert dims == ("amplitude", "frequency")
+    assert_close(values, np.array([[10.0, 2.0], [20.0, 4.0]]) / np.pi, rtol=1e-14)
+    _, values, _ = coordinates(both[1::2], ("amplitude",), (2,))["flow_strain"]
     assert values == pytest.approx([2.0 / np.pi, 4.0 / np.pi])
-    assert strains([*held[:3], {"flow": {"kind": "shear"}}], ("a", "b"), (2, 2)) == {}
-    assert strains(held[::2], ("mu_bar",), (2,)) == {}
+    mixed = [*held[:3], {"flow": {"kind": "shear"}}]
+    assert "flow_strain" not in coordinates(mixed, ("a", "b"), (2, 2))
+    assert "flow_strain" not in coordinates(held[::2], ("mu_bar",), (2,))
+
+
+def test_eta_is_a_coordinate_along_all_that_it_depends_on():
+    """eta = mu_bar rate / |log(eps^2 e)|, of each seed the same."""
+    held = [
+        {"fluid": {"mu_bar": mu}, "fiber": {"slenderness": eps}, "flow": {"kind": "shear"}}
+        for mu in (1e3, 1e4)
+        for eps in (1e-2, 1e-3)
+        for _ in range(2)
+    ]
+    dims, values, said = coordinates(held, ("mu_bar", "slenderness", "seed"), (2, 2, 2))["eta"]
+    assert dims == ("mu_bar", "slenderness")
+    logs = np.abs(np.log(np.array([1e-2, 1e-3]) ** 2 * np.e))
+    assert_close(values, np.array([1e3, 1e4])[:, None] / logs, rtol=1e-12)
+    assert said["symbol"] == r"\bar\mu / |c|"
+    kinds = [case | {"fiber": [{"slenderness": 1e-2}, {"slenderness": 1e-3}]} for case in held]
+    assert "eta" not in coordinates(kinds, ("a", "b", "c"), (2, 2, 2))
+    still = [case | {"flow": {"kind": "none"}} for case in held]
+    assert "eta" not in coordinates(still, ("a", "b", "c"), (2, 2, 2))
+    file = {"kind": "python", "file": "flow.py", "velocity": "u"}
+    assert coordinates([case | {"flow": file} for case in held], ("abc",), (8,)) == {}
 
 
 def test_the_dataset_keeps_the_order_of_the_lists(tmp_path):
